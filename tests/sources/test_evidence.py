@@ -1,7 +1,9 @@
+from pathlib import Path
+
 import numpy as np
 import pytest
 
-from levelhead import simulate
+from levelhead import interpret, simulate
 from levelhead.recording import Recording
 from levelhead.signals.field_turn import field_turn
 from levelhead.signals.gravity_turn import turn_of_gravity
@@ -83,8 +85,24 @@ def test_the_length_of_a_field_is_that_of_the_part_that_turns():
     hand = simulate.recording("ICM-20948", "hand", duration=60, rate=100, seed=2)
     turn = field_turn(hand.t, hand.gyr, hand.mag + np.array([500.0, -300.0, 100.0]))
     assert turn.shows_field and mag_unit(turn.length) == "µT"
+    assert turn.length == pytest.approx(48.5, abs=4.0 * turn.error) and turn.error < 1.0
     still = simulate.recording("ICM-20948", "still", duration=60, rate=100, seed=2)
     assert not field_turn(still.t, still.gyr, still.mag).shows_field
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["advio_07", "advio_11"])
+def test_the_unit_of_a_phone_with_much_iron(name: str, data_dir: Path, tmp_path: Path) -> None:
+    """Phones in a calm hand: 630 to 660 of their numbers are their own field, which is no field in mG."""
+    path = data_dir / "truth" / "advio" / f"{name}.npz"
+    if not path.is_file():
+        pytest.skip("no truth/advio among the real recordings")
+    log = np.load(path)
+    table = np.column_stack([log["t"], log["acc"], log["gyr"], log["mag_raw"]])
+    head = "t,ax,ay,az,gx,gy,gz,mx,my,mz"
+    np.savetxt(tmp_path / "log.csv", table, "%.7g", ",", header=head, comments="")
+    units = interpret(tmp_path / "log.csv").units
+    assert units["mag"] == "µT" and units["gyr"] == "rad/s"
 
 
 def test_a_raw_magnetometer_tells_the_unit_of_a_gyroscope():

@@ -4,8 +4,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
-from levelhead import LevelheadError, Recording, read
+from levelhead import LevelheadError, Recording, read, simulate
 from levelhead.sources.formats.csv_writer import write_csv
 from levelhead.units import GRAVITY
 
@@ -92,3 +93,15 @@ def test_part_of_a_quaternion_is_no_accelerometer(tmp_path: Path) -> None:
     np.savetxt(tmp_path / "fall.txt", rows, "%.6f")
     with pytest.raises(LevelheadError, match="its numbers show no accelerometer"):
         read(tmp_path / "fall.txt", rate=100.0)
+
+
+@pytest.mark.parametrize("gravity", ["g.csv", "third.csv", "acc_gravity.csv"])
+def test_gravity_under_any_name_is_added_to_user_acceleration(tmp_path: Path, gravity: str) -> None:
+    """By its length, which software keeps constant; by its name it might be a gyroscope or an accelerometer."""
+    moved = simulate.recording("MPU-6050", "hand", duration=20.0, seed=1)
+    up = Rotation.from_quat(moved.truth.quat, scalar_first=True).inv().apply([0.0, 0.0, 9.80665])
+    for name, values in (("gyro.csv", moved.gyr), ("userAcc.csv", moved.acc - up), (gravity, up)):
+        table = np.column_stack([moved.t, values])
+        np.savetxt(tmp_path / name, table, "%.6f", ",", header="t,x,y,z", comments="")
+    np.testing.assert_allclose(read(tmp_path).acc, moved.acc, atol=1e-4)
+    np.testing.assert_allclose(read(tmp_path).gyr, moved.gyr, atol=1e-4)

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from levelhead import read
+from levelhead import LevelheadError, read
 from levelhead.sources.hints import NeedsHints
 
 
@@ -19,3 +19,15 @@ def test_stamps_of_three_digits_do_not_leave_a_few_rows(tmp_path: Path) -> None:
         read(tmp_path / "log.csv")
     assert caught.value.suggested["map"]["t"] == []
     assert len(read(tmp_path / "log.csv", **caught.value.suggested)) == 3914
+
+
+def test_a_table_that_is_no_log_is_not_fused(tmp_path: Path) -> None:
+    """A catalogue of logs with a few rows of x, y, z; most of its rows are incomplete."""
+    lines = [f"{k}," + (",".join(["0.1"] * 3 + ["9.8"] * 3) if k % 8 == 0 else ",,,,,") for k in range(30)]
+    (tmp_path / "log.csv").write_text("row,gx,gy,gz,ax,ay,az\n" + "\n".join(lines) + "\n")
+    with pytest.raises(LevelheadError, match="30 rows, which are less than a second at 100 Hz") as caught:
+        read(tmp_path / "log.csv")
+    assert not isinstance(caught.value, NeedsHints)
+    for rate in (10.0, 100.0):
+        with pytest.raises(LevelheadError, match=r"too few samples .* \(4 of 30 rows\)"):
+            read(tmp_path / "log.csv", rate=rate)

@@ -1,5 +1,6 @@
 """Whether a magnetometer shows the earth's field: it must turn against the gyroscope, dm/dt = −ω × m."""
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -10,6 +11,8 @@ SPAN = 0.5  # s
 _ROWS = 40_000
 _ENOUGH = 0.15  # rms turn of the body per span, rad, that tells something
 _OWN_FIELD = 0.2  # turn of the field over that of the body, below which five parts of six are the device's own
+_FEWEST = 12  # independent spans that tell something
+_CLEAR = 4.0  # standard errors
 _CONSTANT = 1e-5  # relative spread of a length that software has normalised
 
 
@@ -23,6 +26,7 @@ class FieldTurn(NamedTuple):
         turned: rms turn of the body per span, rad.
         spans: how many independent ones.
         length: of the field that turns with the body, without a constant offset, in the magnetometer's unit.
+        error: 1σ of that length.
     """
 
     correlation: float
@@ -31,11 +35,12 @@ class FieldTurn(NamedTuple):
     turned: float
     spans: int
     length: float
+    error: float
 
     @property
     def is_informative(self) -> bool:
         """Whether the body turned enough, often enough."""
-        return self.turned > _ENOUGH and self.spans >= 12
+        return self.turned > _ENOUGH and self.spans >= _FEWEST
 
     @property
     def unusable(self) -> bool:
@@ -44,11 +49,8 @@ class FieldTurn(NamedTuple):
 
     @property
     def shows_field(self) -> bool:
-        """Whether a field turns with the body, if any axes and any offset are allowed: four times what chance explains.
-
-        Chance explains a share of 12 numbers over three times the spans.
-        """
-        return self.spans >= 12 and self.free**2 > 4.0 * 12.0 / (3.0 * self.spans)
+        """Whether a field turns with the body, whatever constant offset it has: its length is not 0."""
+        return self.spans >= _FEWEST and self.length > _CLEAR * self.error
 
     @property
     def is_own_field(self) -> bool:
@@ -72,17 +74,27 @@ def field_turn(t: Array, gyr: Array, mag: Array, span: float = SPAN) -> FieldTur
     left = float(((real - columns @ fit) ** 2).sum())
     return FieldTurn(
         both / np.sqrt(norms[0] * norms[1]), both / norms[1], float(np.sqrt(max(0.0, 1.0 - left / norms[0]))),
-        float(np.sqrt((turn * turn).sum(axis=1).mean())), len(turn) // step, _free_length(turn, middle, real),
+        float(np.sqrt((turn * turn).sum(axis=1).mean())), len(turn) // step,
+        *_free_length(turn, middle, real, step),
     )  # fmt: skip
 
 
-def _free_length(turn: Array, middle: Array, real: Array) -> float:
-    """Length of the field without a constant offset b, in the unit of ``middle``: Δm = −θ × (m − b), linear in b."""
+def _free_length(turn: Array, middle: Array, real: Array, step: int) -> tuple[float, float]:
+    """(length, its 1σ) of the field without a constant offset b, in the unit of ``middle``.
+
+    Least squares of Δm = −θ × (m − b), which is linear in b. Of spans that overlap each ``step``-th counts.
+    """
     x, y, z = turn.T
     zero = np.zeros_like(x)
     cross = np.stack([zero, -z, y, z, zero, -x, -y, x, zero], axis=1).reshape(-1, 3)
-    offset, *_ = np.linalg.lstsq(cross, (real + np.cross(turn, middle)).reshape(-1), rcond=None)
-    return float(np.median(np.linalg.norm(middle - offset, axis=1)))
+    target = (real + np.cross(turn, middle)).reshape(-1)
+    offset, *_ = np.linalg.lstsq(cross, target, rcond=None)
+    left = target - cross @ offset
+    weight = np.linalg.eigvalsh(cross.T @ cross)
+    if not weight[0] > 1e-12 * weight[-1]:
+        return 0.0, math.inf
+    variance = step * float(left @ left) / len(left) * float((1.0 / weight).mean())
+    return float(np.median(np.linalg.norm(middle - offset, axis=1))), math.sqrt(variance)
 
 
 def _spans(t: Array, gyr: Array, mag: Array, span: float) -> tuple[Array, Array, Array, int] | None:

@@ -164,11 +164,13 @@ def _rows_at_rate(table: Table, roles: Roles, hints: Hints, columns: Mapping[int
     if rate is None:
         scale = declared_scale("gyr", table, roles, hints, [])
         guess, words = guess_rate(roles, columns, None if scale is None else scale.factor / scale.divisor)
-        raise NeedsHints(
+        sentence = (
             f"{table.source} has no column with time stamps; expected such as 't' or 'time_ms', or the hint map t=…, "
-            f"or the hint rate=… in Hz{words}",
-            rate=guess,
+            f"or the hint rate=… in Hz"
         )
+        if n < guess * SHORTEST:
+            raise LevelheadError(f"{sentence}; it has {n} rows, which are less than a second at {guess:g} Hz")
+        raise NeedsHints(f"{sentence}{words}", rate=guess)
     reason, basis = ("file", Basis.HEADER) if hints.rate is None else ("hint", Basis.HINT)
     rule = ClockRule(rate=rate)
     return FoundClock(rule, rule.rows(n), None, (), [Conclusion("t.rate", reason, rate, basis)])

@@ -34,7 +34,7 @@ from levelhead.sources.interpret.converter_counts import rates_about
 from levelhead.sources.interpret.counts import ACC, CHIPS, Chip, WholeRates, choose_sensitivity, gyr_sensitivity
 from levelhead.sources.interpret.declared import Evidence, are_whole
 from levelhead.sources.interpret.digit import unit_by_digit
-from levelhead.sources.interpret.magnetometer import mag_unit
+from levelhead.sources.interpret.magnetometer import unit_of_field
 from levelhead.sources.interpret.raw_counts import PER_DEGREE, PER_G
 from levelhead.sources.sentences import gyroscope_reason
 from levelhead.sources.table import Table
@@ -154,8 +154,7 @@ def _by_length(t: Array, values: Array, mag: Array | None) -> tuple[str, FieldTu
     found = []
     for unit, factor in (("rad/s", 1.0), ("deg/s", DEGREE)):
         turn = None if mag is None else field_turn(t, values * factor, mag)
-        clear = turn is not None and turn.shows_field and turn.free > _PROOF and turn.turned > 0.05
-        if turn is not None and clear and mag_unit(turn.length) is not None:
+        if turn is not None and turn.shows_field and unit_of_field(turn) is not None:
             found.append((unit, turn))
     return found[0] if len(found) == 1 else None
 

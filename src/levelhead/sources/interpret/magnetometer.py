@@ -31,7 +31,7 @@ def mag_scale(
         evidence.conclude("mag.unit", "counts", scale, Basis.GUESS, facts, confirm)
         return scale
     unit = None if relative else mag_unit(norm)
-    free = None if relative or whole or turn is None or not turn.shows_field else mag_unit(turn.length)
+    free = None if relative or whole or turn is None or not turn.shows_field else unit_of_field(turn)
     if turn is not None and free not in (None, unit):
         scale = Scale(units.factor("mag", free), free)
         facts, confirm = {"norm": turn.length}, {"units": {"mag": free}}
@@ -52,9 +52,15 @@ def mag_scale(
     return scale
 
 
-def mag_unit(norm: float) -> str | None:
-    """The unit in which a median norm is the earth's field; None if there is none."""
-    for unit, low, high in (("µT", 20.0, 70.0), ("G", 0.2, 0.7), ("mG", 200.0, 700.0), ("nT", 20e3, 70e3)):
-        if low <= norm <= high:
-            return unit
-    return None
+def mag_unit(norm: float, error: float = 0.0) -> str | None:
+    """The unit in which a length, up to an error, is that of the earth's field; None if there is none, or several."""
+    fits = [
+        unit for unit, low, high in (("µT", 20.0, 70.0), ("G", 0.2, 0.7), ("mG", 200.0, 700.0), ("nT", 20e3, 70e3))
+        if low - error <= norm <= high + error
+    ]  # fmt: skip
+    return fits[0] if len(fits) == 1 else None
+
+
+def unit_of_field(turn: FieldTurn) -> str | None:
+    """The unit in which the field that turns with the body is the earth's; None if it is in none."""
+    return mag_unit(turn.length, turn.error)

@@ -211,7 +211,12 @@ def _read_p_q_r(groups: dict[str, list[ColumnGroup]], names: Sequence[str]) -> d
 
 def _user_acceleration(names: Sequence[str], context: str, filled: frozenset[int] | None) -> list[ColumnGroup]:
     """Acceleration without gravity, where that stands beside it."""
-    return _groups("acc", [understand(_USER.sub("", name), context) for name in names], names, context, filled)
+    return _groups("acc", [understand(plain_name(name), context) for name in names], names, context, filled)
+
+
+def plain_name(name: str) -> str:
+    """The name without the word for an acceleration that lacks gravity."""
+    return _USER.sub("", name)
 
 
 def _choose(

@@ -1,6 +1,6 @@
 """From tables to one recording: which table holds which sensor, and their clocks side by side."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -14,6 +14,7 @@ from levelhead.sources.conclusion import Basis, Conclusion
 from levelhead.sources.hints import MEANING, Hints, NeedsHints, Scale, SuggestsCommand
 from levelhead.sources.interpret.accelerometer import lacks_gravity
 from levelhead.sources.interpret.clock_choice import Candidate, choose, join_seconds, seconds
+from levelhead.sources.interpret.roles import plain_name
 from levelhead.sources.join.division import divide
 from levelhead.sources.join.windows import unroll
 from levelhead.sources.names.column_groups import (
@@ -129,11 +130,12 @@ def sensors_of(table: Table) -> set[str]:
     return found | ({"t"} if any(name.role == "t" for name in known) else set())
 
 
-def _sensors(table: Table) -> list[SensorColumns]:
-    """The sensors in a table."""
-    known = [understand(name, table.context) for name in table.names]
+def _sensors(table: Table, rename: Callable[[str], str] | None = None) -> list[SensorColumns]:
+    """The sensors in a table; with ``rename`` its accelerometers, by names that are changed before."""
+    context = rename(table.context) if rename else table.context
+    known = [understand(rename(name) if rename else name, context) for name in table.names]
     found = []
-    for role in ("gyr", "acc", "mag"):
+    for role in ("acc",) if rename else ("gyr", "acc", "mag"):
         for axes in group_axes(role, known, None)[0]:
             positions = order_positions(role, axes)
             group = column_group(positions, [table.names[i] for i in positions], table.context)
@@ -226,11 +228,21 @@ def _sensors_by_role(source: str, tables: Sequence[Table]) -> dict[str, list[Sen
     """
     sensors = [sensor for table in tables for sensor in _sensors(table)]
     groups = {role: [sensor for sensor in sensors if sensor.role == role] for role in ("gyr", "acc", "mag")}
+    if len(groups["gyr"]) > 1:
+        groups["gyr"] = _measured(groups["gyr"])
+    if not (measured := _measured(groups["acc"])):  # a phone's gravity alone, or nothing
+        groups["acc"] = [sensor for table in tables for sensor in _sensors(table, plain_name)]
+    groups["acc"] = measured or _measured(groups["acc"]) or groups["acc"]
     for role in ("gyr", "acc"):
         if not groups[role]:
             names = ", ".join(dict.fromkeys(table.context or Path(table.source).name for table in tables))
             raise LevelheadError(f"{source}: there is no {MEANING[role]} among {names}; expected one, with three axes")
     return groups
+
+
+def _measured(sensors: Sequence[SensorColumns]) -> list[SensorColumns]:
+    """The sensors without those whose length software keeps constant: no sensor measures such numbers."""
+    return [sensor for sensor in sensors if not _is_gravity_vector(sensor.read())]
 
 
 def _choose(groups: Mapping[str, Sequence[SensorColumns]]) -> dict[str, SensorColumns]:
@@ -265,17 +277,23 @@ def _gravity_beside(tables: Sequence[Table], acc: SensorColumns) -> SensorColumn
     Its name says so, or its length, which is 1 or that of gravity at every sample.
     """
     for table in tables:
-        axes = {split(name)[0]: i for i, name in enumerate(table.names) if split(name)[:1] in (["x"], ["y"], ["z"])}
-        if not axes:
-            known = group_axes("acc", [understand(name, table.context) for name in table.names], None)[0]
-            axes = dict(zip("xyz", order_positions("acc", known[0]), strict=True)) if known else {}
-        if len(axes) != 3 or table is acc.table:
+        positions = _three_axes(table)
+        if not positions or table is acc.table:
             continue
-        positions = [axes[axis] for axis in "xyz"]
         found = SensorColumns("gravity", table, column_group(positions, [table.names[i] for i in positions]))
         if {"gravity", "grav"} & set(split(table.context)) or _is_gravity_vector(found.read()):
             return found
     return None
+
+
+def _three_axes(table: Table) -> list[int]:
+    """The positions of x, y, z in a table of one vector, whatever it is called; [] if it holds something else."""
+    known = [understand(name, table.context) for name in table.names]
+    free = [i for i, name in enumerate(known) if name.role != "t"]
+    axes = {(split(table.names[i]) or [""])[-1][-1:]: i for i in free}
+    if {"x", "y", "z"} <= set(axes):
+        return [axes[axis] for axis in "xyz"]
+    return free if len(free) == 3 else []
 
 
 def _is_gravity_vector(values: Array) -> bool:
