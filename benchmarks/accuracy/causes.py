@@ -35,7 +35,7 @@ import levelhead as lh
 from levelhead import filters
 from levelhead.bench.accuracy import accuracy
 from levelhead.bench.datasets import load_recording
-from levelhead.bench.error_figures import FAR, ErrorFigures, measure_errors
+from levelhead.bench.error_figures import MAX_SIGMAS, ErrorFigures, measure_errors
 from levelhead.bench.methods import DEFAULT, SMOOTHER, find_method
 from levelhead.bench.ratios import WORSE, Ratio
 from levelhead.bench.reference import align_sensor
@@ -160,7 +160,7 @@ def beyond_of(entry: Entry) -> Beyond:
     quat, track, rows = true_quat(recording), lh.fuse(recording), scored_rows(recording.truth)
     assert track.sigma is not None
     tilt = tilt_errors(track.quat, quat, rows)
-    beyond = rows & (np.radians(tilt) > FAR * np.hypot(track.sigma[:, 0], track.sigma[:, 1]))
+    beyond = rows & (np.radians(tilt) > MAX_SIGMAS * np.hypot(track.sigma[:, 0], track.sigma[:, 1]))
     share = float(beyond[rows].mean())
     if share <= SHARE:
         return Beyond(share)

@@ -24,7 +24,7 @@ from levelhead.bench.error_figures import measure_errors
 from levelhead.bench.groups import group_of
 from levelhead.bench.methods import Method
 from levelhead.bench.processes import run_parallel
-from levelhead.bench.ratios import LEAST, geometric_mean
+from levelhead.bench.ratios import MIN_ERROR, geometric_mean
 from levelhead.bench.reference import SensorFrame, align_sensor
 from levelhead.bench.survey import survey
 from levelhead.bench.timing import Progress
@@ -78,7 +78,7 @@ def error(recording: lh.Recording, method: Method, frame: SensorFrame | None) ->
     quat, _ = method.run(recording)
     figures = measure_errors(recording, np.asarray(quat, dtype=float), False, None, frame)
     value = figures.rotated if recording.mag is not None else figures.drift
-    return max(value if value is not None else figures.heading, LEAST)
+    return max(value if value is not None else figures.heading, MIN_ERROR)
 
 
 def runs_of(paths: Sequence[Path], most: int | None) -> list[Run]:

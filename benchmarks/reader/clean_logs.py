@@ -18,7 +18,7 @@ from scipy.spatial.transform import Rotation
 
 import levelhead as lh
 from levelhead.inspection import examine
-from levelhead.inspection.physics import STRONGEST, WEAKEST
+from levelhead.inspection.physics import MAX_FIELD, MIN_FIELD
 from levelhead.recording import Recording
 from levelhead.signals.gravity_turn import median_norm
 from levelhead.signals.turn_matrix import SHAPES
@@ -84,7 +84,7 @@ def strength(known: Known) -> str:
     rows = known.ok & np.isfinite(mag).all(axis=1)
     world = Rotation.from_quat(known.quat[rows], scalar_first=True).apply(mag[rows])
     size = float(np.linalg.norm(np.median(world, axis=0)))
-    return f"in the reference's world it is {size:.0f} µT" if not WEAKEST < size < STRONGEST else ""
+    return f"in the reference's world it is {size:.0f} µT" if not MIN_FIELD < size < MAX_FIELD else ""
 
 
 def scale(known: Known) -> str:

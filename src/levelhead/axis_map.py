@@ -17,8 +17,8 @@ NAMES = "xyz"
 SQUARE = 0.94  # cosine of 20°: how near a measured axis must be to one of the sensor's
 STILL_SECONDS = 1.0
 QUIET = 0.05  # rad/s, off the mean of the still second
-LEAST_TURN = 0.5  # rad: half a radian is turned on purpose
-AGREES = 0.7  # correlation of what gyroscope and accelerometer say about the turn
+MIN_TURN = 0.5  # rad: half a radian is turned on purpose
+MIN_CORRELATION = 0.7  # correlation of what gyroscope and accelerometer say about the turn
 ROUNDING = 1e-12  # of a rotation's numbers that are meant to be 0 or ±1
 EXPECTED = (
     "expected the sensor's axes for x, y, z, such as -y,x,z; Euler angles in degrees, such as ZYX:90,0,10; or a "
@@ -192,7 +192,7 @@ def find_axes(recording: Recording) -> AxisMap:
     up = _nearest_axis(rest / np.linalg.norm(rest), "up")
     turned = _angle(t, gyr - bias)
     far = int(np.argmax(np.linalg.norm(turned, axis=1)))
-    if np.linalg.norm(turned[far]) < LEAST_TURN:
+    if np.linalg.norm(turned[far]) < MIN_TURN:
         raise LevelheadError("there is no turn in the recording; lean the body to its right side, by 30° or more")
     _must_agree(t, gyr - bias, acc)
     forward = _nearest_axis(turned[far] / np.linalg.norm(turned[far]), "of the turn")
@@ -235,7 +235,7 @@ def _must_agree(t: Array, gyr: Array, acc: Array) -> None:
     angle = _angle(t, gyr)
     said = -np.cross(angle[step:] - angle[:-step], u[:-step])
     score = float((seen * said).sum() / (np.linalg.norm(seen) * np.linalg.norm(said) + 1e-30))
-    if score < AGREES:
+    if score < MIN_CORRELATION:
         raise LevelheadError(
             f"gyroscope and accelerometer contradict each other about the turn (correlation {score:.2f}): "
             "one of them has a mirrored or swapped axis"

@@ -7,7 +7,7 @@ from levelhead.errors import LevelheadError
 from levelhead.open_types import JsonObject
 from levelhead.version import VERSION
 
-LARGEST = 1_000_000  # bytes: no such file is so large
+MAX_BYTES = 1_000_000  # bytes: no such file is so large
 
 
 def write_json(path: str | os.PathLike[str], form: str, content: JsonObject) -> None:
@@ -55,7 +55,7 @@ def read_object(path: str | os.PathLike[str], kind: str, source: str) -> JsonObj
 
     path = Path(path)
     try:
-        if path.stat().st_size > LARGEST:
+        if path.stat().st_size > MAX_BYTES:
             raise ValueError
         whole = json.loads(path.read_text(encoding="utf-8"))
     except OSError as error:

@@ -11,7 +11,7 @@ from levelhead.open_types import ReadOnlyJson
 
 Array = NDArray[np.float64]
 
-LEAST_PRESSURE, MOST_PRESSURE = 20_000.0, 150_000.0  # Pa: 11.8 km up, where the formula ends, and below any mine
+MIN_PRESSURE, MAX_PRESSURE = 20_000.0, 150_000.0  # Pa: 11.8 km up, where the formula ends, and below any mine
 
 
 def real_array(name: str, values: ArrayLike, shape: tuple[int | None, ...], unit: str) -> Array:
@@ -184,12 +184,12 @@ class Pressure:
         n = len(self.t)
         values = real_array("pressure.values", self.values, (n,), "Pa")
         object.__setattr__(self, "values", values)
-        wrong = (values < LEAST_PRESSURE) | (values > MOST_PRESSURE)
+        wrong = (values < MIN_PRESSURE) | (values > MAX_PRESSURE)
         if wrong.any():
             row = int(wrong.argmax())
             raise LevelheadError(
                 f"pressure.values is {values[row]:g} at row {row}; expected air pressure in Pa, "
-                f"{LEAST_PRESSURE:g} to {MOST_PRESSURE:g} (1 hPa is 100 Pa)"
+                f"{MIN_PRESSURE:g} to {MAX_PRESSURE:g} (1 hPa is 100 Pa)"
             )
         object.__setattr__(self, "sigma", _deviation("pressure.sigma", self.sigma, (n,), "Pa"))
 

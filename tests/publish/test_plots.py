@@ -253,10 +253,10 @@ def test_a_filter_with_many_parameters_leaves_room_for_its_panel(tmp_path):
     """Three columns of 12.5 inches, as `levelhead stress` draws: the label beside a panel takes less than the panel."""
     from levelhead.publish.plots.chart import draw
     from levelhead.publish.plots.picture import Line, Panel, Picture
-    from levelhead.publish.plots.stress import LONGEST, short
+    from levelhead.publish.plots.stress import MAX_LABEL, short
 
     label = short("EKF(gyr_noise=0.0338138, bias_walk=0.00168052)")
-    assert label == "EKF(…)" and len(label) <= LONGEST
+    assert label == "EKF(…)" and len(label) <= MAX_LABEL
     assert short("imufusion.Ahrs") == "imufusion.Ahrs"
     line = Line(np.arange(3.0), np.arange(3.0), "#000000", 1.0, label)
     draw(

@@ -11,7 +11,7 @@ import pytest
 import levelhead as lh
 from levelhead import simulate
 from levelhead.filters.health import GAP
-from levelhead.sources.devices.line_parser import LOOK
+from levelhead.sources.devices.line_parser import UNIT_LINES
 from levelhead.sources.devices.replay import Replay
 from levelhead.sources.devices.serial_lines import SerialLines, parse_serial
 from levelhead.sources.formats.csv_writer import write_csv
@@ -311,7 +311,7 @@ def test_the_hint_names_the_columns_that_look_like_sensors(device, recording):
     with pytest.raises(lh.LevelheadError, match="such as --map gyr=1,2,3 --map acc=4,5,6"):
         everything(device, opened(device), rows)
     line = opened(device)
-    for _ in range(LOOK + 1):
+    for _ in range(UNIT_LINES + 1):
         device.say("0.1,0.2")
         device.now += 0.1
         assert line.poll() == []

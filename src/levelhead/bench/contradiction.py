@@ -1,9 +1,8 @@
 """Where a reference contradicts the gyroscope: an optical system has lost the body, or found another one.
 
-Over ``SPAN`` s the reference turns by one rotation and the gyroscope by another. No sensor is wrong by more than
-``FAR`` and ``SHARE`` of the turn in so short a time, unless it is at full scale or has lost samples: such spans do not
-count. From where the two last agreed the reference is worth nothing, to its end: markers that are found again need not
-stand to the body as they did.
+Over ``SPAN`` s reference and gyroscope give two rotations. No sensor is wrong by more than ``MIN_ANGLE`` and ``SHARE``
+of the rotation in so short a time, unless it is at full scale or has lost samples. Such spans do not count. The
+reference is invalid from the last agreement to its end: markers that are found again may have moved on the body.
 """
 
 from dataclasses import replace
@@ -19,12 +18,12 @@ from levelhead.rotations import angle, relative_rotation
 
 REFERENCE_ENDS = "reference ends"  # key of a recording's meta
 SPAN = 0.25  # s
-FAR = np.radians(15.0)
+MIN_ANGLE = np.radians(15.0)
 SHARE = 0.1  # of the turn
 LOST = 3.0  # usual intervals without a sample
 LATE = 10.0  # and so many: those that come next come late
 SOON = 1.0  # s after it
-ENOUGH = 5  # spans that say so within two of their length, or it was a single wrong sample
+MIN_CLUSTER = 5  # spans that say so within two of their length, or it was a single wrong sample
 RANGE = 0.97  # of the largest rate: it may have been larger
 
 
@@ -51,11 +50,11 @@ def contradiction(recording: Recording, frame: SensorFrame | None) -> float | No
     measured = relative_rotation(seen[known[first]], seen[known[last]])
     apart = angle(relative_rotation(turned, measured))
     excess = apart - SHARE * angle(measured)
-    wrong = np.flatnonzero(excess > FAR)
-    close = t[first[wrong[ENOUGH - 1 :]]] - t[first[wrong[: 1 - ENOUGH]]] < 2.0 * SPAN
+    wrong = np.flatnonzero(excess > MIN_ANGLE)
+    close = t[first[wrong[MIN_CLUSTER - 1 :]]] - t[first[wrong[: 1 - MIN_CLUSTER]]] < 2.0 * SPAN
     if not close.any():
         return None
-    sound = np.flatnonzero(excess[: wrong[close.argmax()]] < 0.2 * FAR)
+    sound = np.flatnonzero(excess[: wrong[close.argmax()]] < 0.2 * MIN_ANGLE)
     return float(t[first[sound[-1]]]) if len(sound) else float(t[0])
 
 

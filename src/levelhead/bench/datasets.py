@@ -22,7 +22,7 @@ WITHOUT_REFERENCE = frozenset({"wild", "samples"})  # folders of logs without on
 NORTH = frozenset({"tyrex"})  # sets of arrays whose reference points north,
 Y_UP = frozenset({"fiumarg"})  # and whose reference has y upwards
 Y_UP_TO_Z_UP = np.array([0.5**0.5, 0.5**0.5, 0.0, 0.0])  # a quarter turn about x
-NEAR = 0.05  # s from a stamp within which the reference must have one
+MAX_OFFSET = 0.05  # s from a stamp within which the reference must have one
 NANO = 1e-9
 
 
@@ -123,13 +123,13 @@ def _columns(path: Path, least: int) -> Array:
 
 
 def _interpolate(t: Array, known: Array, quat: Array) -> Array:
-    """(n, 4) the reference at the stamps ``t``, NaN where it has none within ``NEAR``."""
+    """(n, 4) the reference at the stamps ``t``, NaN where it has none within ``MAX_OFFSET``."""
     require("scipy", "the benchmark", "bench")
     from scipy.spatial.transform import Slerp
 
     found = np.full((len(t), 4), np.nan)
     after = np.clip(np.searchsorted(known, t), 1, len(known) - 1)
-    inside = (t >= known[0]) & (t <= known[-1]) & (known[after] - known[after - 1] < NEAR)
+    inside = (t >= known[0]) & (t <= known[-1]) & (known[after] - known[after - 1] < MAX_OFFSET)
     turns = Slerp(known, to_scipy(quat))
     found[inside] = turns(t[inside]).as_quat(scalar_first=True)
     return found

@@ -14,7 +14,7 @@ from levelhead.rotations import mean, relative_rotation, turn_heading
 WINDOW = 60.0  # s, over which heading drifts; half of a recording that is shorter than two of these
 STRIDE = 10.0  # s from one window to the next, a sixth of a shorter window
 EDGE = 0.5  # s, half of the averaging time at either end of a window
-FAR = 4.0  # σ
+MAX_SIGMAS = 4.0  # σ
 REFERENCE = np.radians(0.3)  # 1σ of a reference's own heading, which a σ of zero has to meet
 
 
@@ -78,8 +78,8 @@ def measure_errors(
     tilt = rotated.tilt / np.maximum(np.hypot(sigma[rows, 0], sigma[rows, 1]), 1e-9)
     heading = _heading_over_sigma(rotated.heading, sigma[rows, 2])
     return found._replace(
-        beyond_tilt=float(np.mean(tilt > FAR)),
-        beyond_heading=float(np.mean(heading > FAR)),
+        beyond_tilt=float(np.mean(tilt > MAX_SIGMAS)),
+        beyond_heading=float(np.mean(heading > MAX_SIGMAS)),
         tilt_ratio=rms(tilt),
         heading_ratio=rms(heading),
     )

@@ -16,7 +16,7 @@ from levelhead.bench.survey import Entry
 from levelhead.open_types import JsonObject
 
 PAIRS = ((DEFAULT, "vqf.VQF"), (SMOOTHER, "vqf.offlineVQF"))
-LEAST = 0.02  # °: below, a reference knows no better
+MIN_ERROR = 0.02  # °: below, a reference knows no better
 WORSE = 1.2  # a ratio that counts as worse
 
 
@@ -35,7 +35,7 @@ class Ratio:
     @property
     def value(self) -> float:
         """Ours by the peer's."""
-        return max(self.ours, LEAST) / max(self.peer, LEAST)
+        return max(self.ours, MIN_ERROR) / max(self.peer, MIN_ERROR)
 
 
 @dataclass(frozen=True)
@@ -74,7 +74,7 @@ def compare_figures(
     for entry, ours, other in pairs:
         a, b = compared_error(entry, ours, with_mag), compared_error(entry, other, with_mag)
         if a is not None and b is not None:
-            tilt = max(ours.rotated_tilt, LEAST) / max(other.rotated_tilt, LEAST)
+            tilt = max(ours.rotated_tilt, MIN_ERROR) / max(other.rotated_tilt, MIN_ERROR)
             found.append(Ratio(entry.name, entry.group.dataset, entry.group.name, a, b, tilt, ours))
     return Ratios(method, peer, tuple(found))
 

@@ -18,8 +18,8 @@ from levelhead.recording import Array, Recording
 from levelhead.rotations import from_matrix, nearest_rotation, product, relative_rotation
 
 SPAN = 0.1  # s of an increment
-LEAST, MOST = 0.005, 0.8  # rad: increments that say something, and those of first order
-ENOUGH = 100  # increments
+MIN_INCREMENT, MAX_INCREMENT = 0.005, 0.8  # rad: increments that say something, and those of first order
+MIN_INCREMENTS = 100  # increments
 OUTLIER = 4.0  # times the median residual
 ROUNDS = 20
 
@@ -45,8 +45,8 @@ def align_sensor(recording: Recording) -> SensorFrame | None:
         return None
     turned, seen, spans = _increments(recording)
     size = np.linalg.norm(turned, axis=1)
-    usable = (size > LEAST) & (size < MOST)
-    if usable.sum() < ENOUGH:
+    usable = (size > MIN_INCREMENT) & (size < MAX_INCREMENT)
+    if usable.sum() < MIN_INCREMENTS:
         return None
     bias = np.zeros(3)
     chosen = usable

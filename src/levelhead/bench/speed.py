@@ -18,7 +18,7 @@ from levelhead.recording import Array, Recording
 from levelhead.units import GRAVITY
 
 DIVISOR = {"vqf": 1, "imufusion": 10, "ahrs": 1000}  # samples of a batch are divided by this: loops in Python take long
-LEAST = 200  # samples
+MIN_SAMPLES = 200  # samples
 LIVE = 20_000  # updates in one repeat
 FIFO = 32  # rows of one update_rows, as a chip's FIFO holds them
 REFERENCE = "vqf.VQF"
@@ -68,7 +68,7 @@ def batch(mag: bool, samples: int, repeats: int, progress: Progress | None = Non
     """All methods over one recording by the call that users make, against VQF and, where there is one, our own twin."""
     cases = []
     for method in all_methods()[0]:
-        few = samples if method.package == OURS else max(LEAST, samples // DIVISOR[method.package])
+        few = samples if method.package == OURS else max(MIN_SAMPLES, samples // DIVISOR[method.package])
         cases.append(Case(method.name, _run_whole(method, inputs.imu_recording(few, mag=mag)), few))
     timings = {one.name: one for one in time_interleaved(cases, repeats, progress)}
     rows = [_batch_row(one, timings) for one in timings.values()]

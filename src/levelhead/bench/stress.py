@@ -10,7 +10,7 @@ from levelhead.bench.methods import DEFAULT, SMOOTHER, Method
 from levelhead.engine import fuse, smooth
 from levelhead.engine.batch import DEFAULT_GUARD
 from levelhead.errors import LevelheadError
-from levelhead.evaluate.fault_response import BEYOND, ENOUGH, GROWN, FaultResponse, measure_response
+from levelhead.evaluate.fault_response import BEYOND, GROWN, MAX_EXCESS, FaultResponse, measure_response
 from levelhead.evaluate.text_table import Cell, Column, plain_table
 from levelhead.filters import default
 from levelhead.guard import Guard
@@ -82,8 +82,8 @@ class Stress:
         )
         sentences = [
             f"{reference}, the largest while the fault lasts; in brackets those without the fault.",
-            f"Right: within {ENOUGH:g}° of that, for good, counted from the fault's end, of one that stays from its "
-            "start; never: not within the recording.",
+            f"Right: within {MAX_EXCESS:g}° of that, for good, counted from the fault's end, of one that stays from "
+            "its start; never: not within the recording.",
             f"Beyond {BEYOND:g}σ: samples from the fault's start on. Said: health bits that the fault sets, "
             f"σ ×: by how much σ grows where it is {GROWN:g} times and more; harmless faults are not listed.",
         ]

@@ -6,14 +6,14 @@ from pathlib import Path
 
 import numpy as np
 
-from levelhead.bench.contradiction import FAR, REFERENCE_ENDS
+from levelhead.bench.contradiction import MIN_ANGLE, REFERENCE_ENDS
 from levelhead.bench.datasets import list_logs, load_recording
 from levelhead.bench.groups import Group, group_of
 from levelhead.errors import LevelheadError
 from levelhead.evaluate.score import scored_rows
 from levelhead.recording import Recording
 
-LEAST_AGREED = 0.2  # of a recording: what agrees for less was at rest, or by chance
+MIN_AGREED = 0.2  # of a recording: what agrees for less was at rest, or by chance
 
 
 @dataclass(frozen=True)
@@ -78,8 +78,8 @@ def _untrusted(path: Path, recording: Recording) -> list[str]:
     if start is None:
         return []
     return [
-        f"{path.name} from {start:.1f} to {recording.t[-1]:.1f} s: its reference turns there by {np.degrees(FAR):.0f}° "
-        "and more in a quarter of a second of which the gyroscope says nothing"
+        f"{path.name} from {start:.1f} to {recording.t[-1]:.1f} s: its reference turns there by "
+        f"{np.degrees(MIN_ANGLE):.0f}° and more in a quarter of a second of which the gyroscope says nothing"
     ]
 
 
@@ -87,7 +87,7 @@ def _entry(path: Path, recording: Recording) -> Entry:
     if recording.truth is None:
         raise LevelheadError("it holds no true orientation; expected a reference to compare with")
     agreed = recording.meta.get(REFERENCE_ENDS, recording.t[-1]) - recording.t[0]
-    if agreed < LEAST_AGREED * recording.duration:
+    if agreed < MIN_AGREED * recording.duration:
         raise LevelheadError(
             f"its reference contradicts the gyroscope after {agreed:.1f} s; expected orientations of the sensor's body "
             "in the earth frame, scalar first, on the recording's clock"

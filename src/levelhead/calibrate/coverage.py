@@ -21,7 +21,7 @@ NAMED = {
     (1, 0, 0): "on its back end",
     (-1, 0, 0): "on its front end",
 }  # x forward, y left, z up
-ENOUGH = 0.7  # of what is left of the worst σ by a further pose: above, it is not worth the trouble
+MAX_REMAINING = 0.7  # of what is left of the worst σ by a further pose: above, it is not worth the trouble
 
 
 def unobservable_numbers(sigma: Array) -> list[str]:
@@ -81,7 +81,7 @@ def next_poses(covariance: Array, gravity: float, sigma: float, most: int = 3) -
     now = covariance.copy()
     while len(found) < most and (np.sqrt(np.diag(now)) > UNLEARNED * PRIOR).any():
         best, after, badness = _best(now, gravity, sigma, SIDES)
-        if badness > ENOUGH * float((np.diag(now) / PRIOR**2).sum()) and found:
+        if badness > MAX_REMAINING * float((np.diag(now) / PRIOR**2).sum()) and found:
             break
         now = after
         found.append(words(SIDES[best]))

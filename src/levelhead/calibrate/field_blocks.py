@@ -18,7 +18,7 @@ from levelhead.recording import Array, Recording
 from levelhead.rotations import matrix
 
 BLOCK = 0.1  # s
-MOST = 700  # blocks of all recordings
+MAX_BLOCKS = 700  # blocks of all recordings
 KNOT, KNOTS = 2.0, 30  # s between two values of the heading's drift, and how many at most
 CROSS_AXIS = 0.004  # rad, of a gyroscope that is not calibrated
 DRIFT = np.radians(0.05)  # rad/√s, least 1σ of this drift, beside that of the filter
@@ -71,7 +71,7 @@ def field_blocks(recordings: Sequence[Recording], frame: float = CROSS_AXIS) -> 
         frame: 1σ of the gyroscope's axes, rad; 0 for one that is calibrated.
     """
     seconds = sum(one.duration for one in recordings)
-    step = max(BLOCK, seconds / MOST, *(1.5 / one.rate for one in recordings))
+    step = max(BLOCK, seconds / MAX_BLOCKS, *(1.5 / one.rate for one in recordings))
     spacing = max(KNOT, seconds / KNOTS)
     parts = [_of_recording(one, step) for one in recordings]
     times, knots, drift = list[Array](), list[Array](), list[Array]()

@@ -22,11 +22,12 @@ from levelhead.filters.eskf.state import ALWAYS
 from levelhead.open_types import JsonObject
 from levelhead.recording import Array, Recording
 
-LEAST = 5.0  # s of motion with a field
+MIN_MOTION = 5.0  # s of motion with a field
 FOLDS, PARTS = 5, 20  # a fold leaves out every fifth of so many parts
 WEAK = 0.05  # share of the field: an offset whose σ is larger needs another turn
 NEAR_AXIS = 0.9  # cosine from which a direction is named by its axis
-RAW, SURE, GAIN = 0.08, 4.0, 1.5  # an offset beyond this share of the field, so many σ, and a gain of so many times
+MIN_OFFSET, MIN_SIGMAS = 0.08, 4.0  # share of the field, and σ, that an offset must exceed
+MIN_GAIN = 1.5  # ratio of the errors before and after
 CELLS = 100  # of the sphere, of equal area
 
 
@@ -114,10 +115,10 @@ def calibrate_magnetometer(
     for one in several:
         if one.mag is None:
             raise LevelheadError("this recording has no magnetometer; expected one to calibrate")
-        if one.duration < LEAST or not np.isfinite(one.mag).all(axis=1).any():
+        if one.duration < MIN_MOTION or not np.isfinite(one.mag).all(axis=1).any():
             raise LevelheadError(
-                f"the recording has {one.duration:.1f} s; expected {LEAST:g} s or more of a sensor that turns, with a "
-                "field"
+                f"the recording has {one.duration:.1f} s; expected {MIN_MOTION:g} s or more of a sensor that turns, "
+                "with a field"
             )
     blocks = field_blocks(several)
     progress(0.3)
@@ -153,8 +154,10 @@ def find_raw_magnetometer(recording: Recording) -> FieldCalibration | None:
         return None
     offset = found.calibration.mag_offset
     assert offset is not None
-    clear = np.linalg.norm(found.centre) > max(RAW * found.strength, SURE * float(np.linalg.norm(offset.sigma)))
-    return found if clear and found.heading.ratio > GAIN else None
+    clear = np.linalg.norm(found.centre) > max(
+        MIN_OFFSET * found.strength, MIN_SIGMAS * float(np.linalg.norm(offset.sigma))
+    )
+    return found if clear and found.heading.ratio > MIN_GAIN else None
 
 
 def magnetic_parts(fit: FieldFit) -> dict[str, Quantity | None]:

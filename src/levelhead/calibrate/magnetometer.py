@@ -24,7 +24,7 @@ SYMMETRIC, TURNED = 0.1, 0.05  # 1σ of the numbers of M before any measurement
 DELAY = 0.015  # s, likewise of d
 LATENCY = 0.0005  # s, 1σ of d by the gyroscope's filter
 OFFSET = 10.0  # times the field, likewise of c
-LEAST_SPREAD = 0.001  # share of the field, 1σ of a block's reading at least
+MIN_SPREAD = 0.001  # share of the field, 1σ of a block's reading at least
 ROBUST = 2.5  # σ from which a residual counts by its size and no more by its square (Huber)
 SHARED = 0.2, 10.0  # s for which a disturbance lasts: at least, at most
 STRETCH = 4.0  # s of a stretch that is independent of the next
@@ -211,7 +211,7 @@ def _jacobian(blocks: FieldBlocks, value: Array) -> Array:
 def _weights(residual: Array, keep: NDArray[np.bool_], strength: float) -> tuple[float, Array]:
     """1σ of a component, and (n,) information of each block by Huber's influence."""
     length = np.linalg.norm(residual, axis=1)
-    spread = max(float(np.median(length[keep])) / 1.538, LEAST_SPREAD * strength)  # median of χ with 3 degrees
+    spread = max(float(np.median(length[keep])) / 1.538, MIN_SPREAD * strength)  # median of χ with 3 degrees
     weight = np.minimum(1.0, ROBUST * spread / np.maximum(length, 1e-12)) / spread**2
     return spread, np.where(keep, weight, 0.0)
 

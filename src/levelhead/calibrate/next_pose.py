@@ -19,7 +19,7 @@ from levelhead.calibrate.coverage import (
 from levelhead.calibrate.field_blocks import field_blocks
 from levelhead.calibrate.growing_recording import GrowingRecording
 from levelhead.calibrate.magnetometer import fit_field
-from levelhead.calibrate.poses import ALIKE, LEAST, find_poses
+from levelhead.calibrate.poses import MIN_ANGLE, MIN_POSE, find_poses
 from levelhead.calibrate.solve import correct_logs, gyr_bias, rate_solution
 from levelhead.errors import LevelheadError
 from levelhead.recording import Array, Recording
@@ -155,8 +155,8 @@ class Guide:
         size = window_size(rate)
         resting = bool(stretches) and stretches[-1].end == len(recording) // size * size
         held = WINDOW * round((stretches[-1].end - stretches[-1].start) / size) if resting else 0.0
-        enough = sum(one.end - one.start >= LEAST * rate - 1.0 for one in stretches)
-        settled = enough - (resting and LEAST <= held < HOLD)
+        enough = sum(one.end - one.start >= MIN_POSE * rate - 1.0 for one in stretches)
+        settled = enough - (resting and MIN_POSE <= held < HOLD)
         if settled != self._seen and self._pending is None:
             self._seen = settled
             self._pending = self._executor.submit(assess, recording, self._gravity, self._least)
@@ -238,7 +238,7 @@ def _wish(known: Assessment, settled: int, least: int) -> str:
 
 def _has(sides: Array, side: Array) -> bool:
     """Whether a side has been up."""
-    return bool(len(sides)) and bool((sides @ (side / np.linalg.norm(side)) > np.cos(1.2 * ALIKE)).any())
+    return bool(len(sides)) and bool((sides @ (side / np.linalg.norm(side)) > np.cos(1.2 * MIN_ANGLE)).any())
 
 
 def _require_change(recording: Recording) -> None:

@@ -8,13 +8,13 @@ import numpy as np
 from levelhead.recording import Array, Recording
 from levelhead.signals.rest import StillStretch, still_stretches
 
-LEAST = 1.0  # s of a pose
+MIN_POSE = 1.0  # s of a pose
 TRIM = 0.25  # s at both ends of a pose, where the hand lets go
 LONGEST_TURN = 30.0  # s: a longer one has forgotten where it began
 TURN_STEP = 0.02  # s over which rates are averaged; a hand turns evenly for so long
 LONGEST_GAP = 0.1  # s without a reading in a turn
 FORCE_FLOOR = 1e-3  # m/s², 1σ of a pose's mean that no averaging lowers: bias instability, a table that gives
-ALIKE = 0.35  # rad (20°): directions that are nearer to each other are one
+MIN_ANGLE = 0.35  # rad (20°): directions that are nearer to each other are one
 
 
 class Pose(NamedTuple):
@@ -62,7 +62,7 @@ def find_poses(recordings: Sequence[Recording]) -> tuple[list[Pose], list[Measur
     for log, recording in enumerate(recordings):
         before: StillStretch | None = None
         rate = recording.rate  # a median over the whole recording each time that it is asked for
-        for stretch in still_stretches(recording, LEAST):
+        for stretch in still_stretches(recording, MIN_POSE):
             poses.append(_pose(recording, stretch, log, rate))
             if before is not None:
                 turn = _turn(recording, before, stretch, poses, rate)
@@ -76,7 +76,7 @@ def directions(poses: Sequence[Pose]) -> int:
     kept: list[Array] = []
     for pose in poses:
         unit = pose.acc / np.linalg.norm(pose.acc)
-        if all(float(unit @ other) < np.cos(ALIKE) for other in kept):
+        if all(float(unit @ other) < np.cos(MIN_ANGLE) for other in kept):
             kept.append(unit)
     return len(kept)
 

@@ -20,7 +20,7 @@ from levelhead.errors import LevelheadError, require
 from levelhead.recording import Array, Recording
 from levelhead.units import GRAVITY
 
-LEAST_DIRECTIONS = 4
+MIN_DIRECTIONS = 4
 FOLDS = 5  # parts of the poses or turns, each of which is held out once
 BIAS = 0.35  # rad/s (20 °/s), 1σ of a gyroscope's bias before any measurement
 Progress = Callable[[float], None]
@@ -98,15 +98,15 @@ def _require_poses(poses: Sequence[Pose], recordings: Sequence[Recording]) -> No
     seconds = sum(one.duration for one in recordings)
     if not poses:
         raise LevelheadError(
-            f"the sensor was never still in {seconds:.0f} s; expected it to be put down in at least {LEAST_DIRECTIONS} "
+            f"the sensor was never still in {seconds:.0f} s; expected it to be put down in at least {MIN_DIRECTIONS} "
             "poses, better 12, for 2 s each"
         )
     several = directions(poses)
-    if several < LEAST_DIRECTIONS:
+    if several < MIN_DIRECTIONS:
         raise LevelheadError(
             f"the sensor was still in {len(poses)} {'pose' if len(poses) == 1 else 'poses'} with {several} "
             f"{'direction' if several == 1 else 'directions'} of gravity; expected at least "
-            f"{LEAST_DIRECTIONS}, better all six sides and some edges, for 2 s each"
+            f"{MIN_DIRECTIONS}, better all six sides and some edges, for 2 s each"
         )
 
 

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from levelhead.recording import Array, Recording
     from levelhead.track import Track
 
-MANY = 1_000_000  # rows from which CSV is the slow way
+MIN_SLOW_ROWS = 1_000_000  # rows from which CSV is the slow way
 
 
 def find_logs(given: Sequence[Path]) -> list[Path]:
@@ -156,7 +156,7 @@ def _print_summary(done: FusionResult, options: FuseOptions) -> None:
     if options.output_rate is not None:
         print_line(f"rows          {done.rows:,} written, at {options.output_rate:g} Hz")
     print_written(done.written, options.plot)
-    if options.format == "csv" and done.rows > MANY:
+    if options.format == "csv" and done.rows > MIN_SLOW_ROWS:
         print_line(f"{done.rows:,} rows are large for CSV: --format parquet writes and reads them much faster")
 
 

@@ -38,7 +38,7 @@ TRACK_FIGURES = {
 }
 BIASES = tuple(f"gyr_bias_{axis}_rad_s" for axis in "xyz")
 SIGMAS = tuple(f"{bias}_sigma" for bias in BIASES)
-LONG = 60  # letters of a method's name
+MAX_NAME = 60  # letters of a method's name
 
 
 @dataclass(frozen=True)
@@ -105,7 +105,7 @@ class Summary:
         rows: list[Row] = []
         for (group, method), members in sorted(parts.items()):
             cells: dict[str, str | float | None] = {"group": group, "recordings": float(len(members))}
-            cells["method"] = method[:LONG] if several else None
+            cells["method"] = method[:MAX_NAME] if several else None
             cells |= {key: _mean(members, key, figure[3]) for key, figure in self.figures.items()}
             if self.verb == DOCTOR:
                 cells["fine"] = float(sum(row["exit_code"] == 0 for row in members))
@@ -134,7 +134,7 @@ class Summary:
         """The same with what their health says."""
         rows: list[Row] = []
         for row in self.worst():
-            cells: dict[str, str | float | None] = {"recording": row["recording"], "method": row["method"][:LONG]}
+            cells: dict[str, str | float | None] = {"recording": row["recording"], "method": row["method"][:MAX_NAME]}
             cells |= {key: _scale(row.get(key), figure[3]) for key, figure in self.figures.items()}
             rows.append(cells | {"said": said_of(row, self.verb)})
         said = Column("said", "findings" if self.verb == DOCTOR else "health")

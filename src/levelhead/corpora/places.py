@@ -27,7 +27,7 @@ LISTS = re.compile(  # names of files that say something about recordings and ar
     re.IGNORECASE,
 )
 SHOWN = 5  # of these, in a sentence
-FEWEST = 2  # recordings in a zip that stand for themselves
+MIN_RECORDINGS = 2  # recordings in a zip that stand for themselves
 STAMPS = ("ETag", "etag", "md5Hash", "checksum", "mtime", "LastModified", "last_modified", "updated", "modified")
 GYR, ACC = re.compile(r"gyr", re.IGNORECASE), re.compile(r"acc", re.IGNORECASE)
 MAGIC = re.compile(r"[*?[]")
@@ -141,10 +141,10 @@ def _list_zip(archive: Source) -> list[Source]:
             if not info.is_dir()
         }
     members = _recordings(files, set())
-    if len(members) < FEWEST:
+    if len(members) < MIN_RECORDINGS:
         return []
     alone = list_recordings(Path(archive.url))
-    if len(alone) < FEWEST:
+    if len(alone) < MIN_RECORDINGS:
         return []
     return [
         Source(

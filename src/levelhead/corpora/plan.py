@@ -10,8 +10,8 @@ from levelhead.corpora.results import Done
 from levelhead.corpora.work import next_prior, text_digest
 from levelhead.open_types import JsonObject
 
-MOST_RECORDINGS = 16  # of a batch: what a killed worker loses, and enough that Dask's time for a task does not matter
-MOST_BYTES = 32_000_000  # of a batch: long recordings go one by one
+MAX_RECORDINGS = 16  # of a batch: what a killed worker loses, and enough that Dask's time for a task does not matter
+MAX_BYTES = 32_000_000  # of a batch: long recordings go one by one
 
 
 @dataclass
@@ -84,11 +84,11 @@ class Plan:
 
 def pack(sources: Sequence[Source], least: int = 1) -> list[tuple[Source, ...]]:
     """The recordings in their order, in batches; ``least``: how many batches there should be at least."""
-    most = max(1, min(MOST_RECORDINGS, len(sources) // max(least, 1)))
+    most = max(1, min(MAX_RECORDINGS, len(sources) // max(least, 1)))
     batches: list[list[Source]] = []
     size = 0
     for source in sources:
-        if not batches or len(batches[-1]) >= most or size + source.size > MOST_BYTES:
+        if not batches or len(batches[-1]) >= most or size + source.size > MAX_BYTES:
             batches.append([])
             size = 0
         batches[-1].append(source)

@@ -34,7 +34,7 @@ from levelhead.tune.sweep import Metric
 from levelhead.tune.tune_filter import check_wishes, counts_heading, search_references
 
 KEPT = 4_000_000  # samples with their references, 0.5 GB, that a worker keeps
-FEWEST = 2  # recordings, of which one can be left out
+MIN_RECORDINGS = 2  # recordings, of which one can be left out
 _kept: dict[object, Reference] = {}
 _lock = threading.Lock()
 
@@ -134,7 +134,7 @@ def _serving(
     """
     good = {row["name"]: row for row in rows if "error" not in row}
     serving = [source for source in sources if source.name in good]
-    if len(serving) < FEWEST:
+    if len(serving) < MIN_RECORDINGS:
         errors = (row["error"] for row in rows if "error" in row)
         reason = next(errors, "there is only one, for which there is levelhead tune")
         raise LevelheadError(f"{len(serving)} of {len(sources)} recordings can be tuned on; {reason}")

@@ -24,7 +24,7 @@ from levelhead.guard import Guard
 from levelhead.kernels.correction import true_force
 from levelhead.kernels.quat import Euler, Quat, rotate, to_euler, up
 from levelhead.kernels.vec3 import ZERO, Vec3, scale, sub
-from levelhead.recording import LEAST_PRESSURE, MOST_PRESSURE, Array
+from levelhead.recording import MAX_PRESSURE, MIN_PRESSURE, Array
 from levelhead.rotations import turn_heading
 from levelhead.track import North, north_of
 from levelhead.units import GRAVITY
@@ -310,9 +310,9 @@ class Stream:
             LevelheadError: no number, σ or pressure that cannot be, or a filter that takes none.
         """
         value, deviation = _number("pressure", pressure, "Pa"), _number("sigma", sigma, "Pa", positive=True)
-        if not (isnan(value) or LEAST_PRESSURE <= value <= MOST_PRESSURE):
+        if not (isnan(value) or MIN_PRESSURE <= value <= MAX_PRESSURE):
             raise LevelheadError(
-                f"pressure is {pressure!r}; it must be in Pa, {LEAST_PRESSURE:g} to {MOST_PRESSURE:g} (1 hPa is 100 Pa)"
+                f"pressure is {pressure!r}; it must be in Pa, {MIN_PRESSURE:g} to {MAX_PRESSURE:g} (1 hPa is 100 Pa)"
             )
         self._update_row(HEIGHT, atmosphere.height(value), deviation * atmosphere.metres_per_pascal(value), age)
 

@@ -21,7 +21,7 @@ from levelhead.rotations import turn_heading
 from levelhead.simulate.fault import Fault, Faulted
 from levelhead.track import Track
 
-ENOUGH = 2.0  # deg beyond the error without the fault: right again, as in the filters' ``settles``
+MAX_EXCESS = 2.0  # deg beyond the error without the fault: right again, as in the filters' ``settles``
 LAST = 1.0  # s before the end of a recording in which an error means that it did not end
 BEYOND = 4.0  # σ: of a normal error 1 in 16,000 samples
 GROWN = 2.0  # times σ without the fault, by which a filter says that it knows less
@@ -62,7 +62,7 @@ class FaultResponse:
         tilt, heading: largest error while the fault lasts; of one that stays, from its start on.
         usual_tilt, usual_heading: the same without the fault.
         tilt_recovery, heading_recovery: s from the fault's end (of one that stays: from its start) until the error is
-            below ``ENOUGH`` more than without the fault, and stays there; None: it is not within the recording.
+            below ``MAX_EXCESS`` more than without the fault, and stays there; None: it is not within the recording.
         said: names of the health bits that the fault sets, those of most samples first.
         said_after: s from its start until the first of them; None: none.
         growth: the largest σ over σ without the fault, from its start on; None without σ.
@@ -88,10 +88,10 @@ class FaultResponse:
 
     @property
     def harmless(self) -> bool:
-        """Whether no angle was ever ``ENOUGH`` worse than without the fault, while it lasted and later."""
+        """Whether no angle was ever ``MAX_EXCESS`` worse than without the fault, while it lasted and later."""
         return (
-            self.tilt <= self.usual_tilt + ENOUGH
-            and self.heading <= self.usual_heading + ENOUGH
+            self.tilt <= self.usual_tilt + MAX_EXCESS
+            and self.heading <= self.usual_heading + MAX_EXCESS
             and self.tilt_recovery == 0.0
             and self.heading_recovery == 0.0
         )
@@ -206,8 +206,8 @@ def _largest(values: Array) -> float:
 
 
 def _recovery(t: Array, error: Array, usual: Array, end: int) -> float | None:
-    """Seconds from row ``end`` on until the error stays within ENOUGH of the usual one; None: it does not."""
-    wrong = np.flatnonzero(np.abs(error[end:]) > np.abs(usual[end:]) + ENOUGH)
+    """Seconds from row ``end`` on until the error stays within MAX_EXCESS of the usual one; None: it does not."""
+    wrong = np.flatnonzero(np.abs(error[end:]) > np.abs(usual[end:]) + MAX_EXCESS)
     if len(wrong) == 0:
         return 0.0
     last = end + int(wrong[-1])

@@ -15,7 +15,7 @@ from levelhead.recording import Array, Recording
 from levelhead.signals.turn_matrix import (
     ALL_NINE,
     IDENTITY,
-    MOST,
+    MAX_SEGMENTS,
     NONE,
     WIRINGS,
     Segments,
@@ -29,7 +29,7 @@ from levelhead.units import DEGREE
 FLOOR = 0.02  # 1σ of each number of M: scale errors of good sensors, and what no model has
 FOLLOWS = {"acc": 0.6, "mag": 0.1}  # share of the turn that forces, or iron nearby, may mimic
 SETTLED = 0.03  # 1σ of each number of M beside the fault that was found
-LEAST = 4.0  # σ by which a scale must differ from 0: nothing turns is no scale
+MIN_SCALE_SIGMAS = 4.0  # σ by which a scale must differ from 0: nothing turns is no scale
 UNITS = (DEGREE, 1.0 / DEGREE)  # factors that people take one unit for another by
 UNIT_SIGMA = 0.01  # of such a factor, as a share of it
 BEYOND = 4000.0 * DEGREE  # rad/s: the widest range of gyroscopes in use (data sheet of the LSM6DSV)
@@ -39,8 +39,8 @@ BASINS = 0.9  # of what the identity leaves, from which another wiring starts th
 SHIFTED = 0.015  # s of delay, beyond which the fit is made again
 SLOW = 0.05  # s of delay, from which it may be a filter
 TREATMENTS = 4
-MANY = 100_000  # rows that show the distribution of rates
-CLEAR = 12.0  # of χ² + penalty, by which a fault must be better than none
+MAX_ROWS = 100_000  # rows that show the distribution of rates
+MIN_GAIN = 12.0  # of χ² + penalty, by which a fault must be better than none
 TIED = 8.0  # by which two faults are told apart
 
 
@@ -192,7 +192,7 @@ def _scales(seen: Sequence[Seen], fastest: float) -> Iterator[Hypothesis]:
     """The gyroscope times a factor, in another unit, or one of its axes times a factor."""
     pairs = [(one, IDENTITY) for one in seen]
     chi, x, covariance = _minimum(pairs, IDENTITY[None])
-    turns = x[0] > LEAST * covariance[0, 0] ** 0.5
+    turns = x[0] > MIN_SCALE_SIGMAS * covariance[0, 0] ** 0.5
     if turns:
         yield Hypothesis("scale", "gyr", float(x[0]) * IDENTITY, chi, 6.0, float(covariance[0, 0] ** 0.5))
     for unit in UNITS if turns or fastest > BEYOND else ():
@@ -206,7 +206,7 @@ def _scales(seen: Sequence[Seen], fastest: float) -> Iterator[Hypothesis]:
         ]
         chi, x, covariance = _minimum(shifted, direction[None])
         matrix = IDENTITY + (float(x[0]) - 1.0) * direction
-        if x[0] > LEAST * covariance[0, 0] ** 0.5:
+        if x[0] > MIN_SCALE_SIGMAS * covariance[0, 0] ** 0.5:
             yield Hypothesis("axis_scale", "gyr", matrix, chi, 9.0, float(covariance[0, 0] ** 0.5))
 
 
@@ -259,7 +259,7 @@ class Agreement(NamedTuple):
             return None
         best = self.faults[0]
         none = next(one for one in self.faults if one.kind == "none")
-        return best if none.score - best.score > CLEAR * self.excess else None
+        return best if none.score - best.score > MIN_GAIN * self.excess else None
 
     def rivals(self, fault: Hypothesis) -> list[Hypothesis]:
         """Other faults of the same kind that explain the same about as well.
@@ -275,7 +275,7 @@ class Agreement(NamedTuple):
         return [one for one in near if one.kind == fault.kind and one is not fault and not is_twin(one)]
 
 
-def agree(recording: Recording, most: int = MOST) -> Agreement:
+def agree(recording: Recording, most: int = MAX_SEGMENTS) -> Agreement:
     """Compares the sensors of a recording over up to ``most`` segments."""
     seen = []
     for role in ("acc", "mag"):
@@ -287,6 +287,6 @@ def agree(recording: Recording, most: int = MOST) -> Agreement:
             seen.append(look(role, seg))
     if not seen:
         return Agreement((), (), 1.0)
-    rates = np.linalg.norm(recording.gyr[:: 1 + len(recording) // MANY], axis=1)
+    rates = np.linalg.norm(recording.gyr[:: 1 + len(recording) // MAX_ROWS], axis=1)
     judged = faults(seen, float(np.nanquantile(rates, 1.0 - RARE)))
     return Agreement(seen, judged, max(1.0, judged[0].chi / (9.0 * len(seen))))

@@ -15,10 +15,10 @@ from levelhead.units import factor
 
 ROWS = 20_000  # that are compared at other delays
 FARTHEST = 0.12  # s of delay that is looked for
-PARTS, SURE = 4, 4.0  # of a recording whose delays must agree, and standard errors by which they must
-CLEAR = 0.7  # correlation of gravity's turn from which a delay can be told
+PARTS, MIN_SIGMAS = 4, 4.0  # of a recording whose delays must agree, and standard errors by which they must
+MIN_CORRELATION = 0.7  # correlation of gravity's turn from which a delay can be told
 DELAY = 0.012  # s
-APART = 5.0  # standard errors by which the bias of two rests must differ
+MIN_BIAS_SIGMAS = 5.0  # standard errors by which the bias of two rests must differ
 RUNS = np.radians(0.1)  # rad/s
 STRETCH = 1.0  # s of rest whose mean is one value of the bias
 NOISY, QUIET = 3.0, 0.25  # of the chips' noise
@@ -58,7 +58,7 @@ def find_delay(recording: Recording) -> Delay | None:
 def examine_delay(recording: Recording) -> Iterator[Finding]:
     """Whether the accelerometer comes later or earlier than the gyroscope, by the same time in all parts."""
     found = find_delay(recording)
-    if found is not None and abs(found.delay) > max(DELAY, 1.5 / recording.rate) + SURE * found.sigma:
+    if found is not None and abs(found.delay) > max(DELAY, 1.5 / recording.rate) + MIN_SIGMAS * found.sigma:
         yield Finding(
             "sensor_delay",
             "note",
@@ -80,7 +80,7 @@ def _delay(t: Array, gyr: Array, acc: Array, shifts: NDArray[np.intp], step: flo
         turn = turn_of_gravity(t[late], gyr[early], acc[late])
         fits.append(-1.0 if turn is None or turn.turned < 0.05 else turn.correlation)
     best = int(np.argmax(fits))
-    if fits[best] < CLEAR or best in (0, len(fits) - 1):
+    if fits[best] < MIN_CORRELATION or best in (0, len(fits) - 1):
         return None
     square, linear, _ = np.polyfit(shifts[best - 1 : best + 2] * step, fits[best - 1 : best + 2], 2)
     return float(-0.5 * linear / square) if square < 0.0 else None
@@ -110,7 +110,7 @@ def examine_bias(recording: Recording) -> Iterator[Finding]:
     spread = float(np.median(np.abs(np.diff(bias, axis=0)))) * 1.5 / np.sqrt(quarter)
     run = last - first
     axis = int(np.abs(run).argmax())
-    if abs(run[axis]) > max(RUNS, APART * max(error, spread)):
+    if abs(run[axis]) > max(RUNS, MIN_BIAS_SIGMAS * max(error, spread)):
         yield Finding(
             "bias_runs",
             "note",

@@ -17,7 +17,7 @@ from levelhead.signals.rest import rest_rows
 from levelhead.track import Track
 
 UNSEEN = 10.0  # s without a magnetometer, in which heading can drift
-LONG = 0.5  # s between two samples across which no rate is integrated
+MAX_GAP = 0.5  # s between two samples across which no rate is integrated
 
 
 class RunEvidence:
@@ -51,7 +51,7 @@ class RunEvidence:
         if track.params is None or is_guarded(of(track.params)):
             rate = rate - np.maximum(0.5 - GROUP_DELAY / step, 0.0) * np.diff(recording.gyr, axis=0)
         turn = (rate - bias) * step
-        unknown = ~np.isfinite(turn).all(axis=1) | (step[:, 0] > LONG)
+        unknown = ~np.isfinite(turn).all(axis=1) | (step[:, 0] > MAX_GAP)
         turn[unknown] = 0.0
         size = np.linalg.norm(turn, axis=1)
         half = 0.5 * np.sinc(0.5 * size / np.pi)  # sin(θ/2)/θ

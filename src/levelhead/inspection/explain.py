@@ -21,7 +21,7 @@ from levelhead.open_types import JsonObject
 from levelhead.recording import Recording
 from levelhead.track import Track
 
-SHORTEST = 10.0  # s of a recording in which something can be seen
+MIN_DURATION = 10.0  # s of a recording in which something can be seen
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,9 +86,9 @@ def explain(
     Raises:
         LevelheadError: the recording is too short.
     """
-    if recording.duration < SHORTEST:
+    if recording.duration < MIN_DURATION:
         raise LevelheadError(
-            f"the recording is {recording.duration:.3g} s long; expected {SHORTEST:g} s or more to explain"
+            f"the recording is {recording.duration:.3g} s long; expected {MIN_DURATION:g} s or more to explain"
         )
     before = Guard() if guard is None else guard
     findings = list_findings(recording)

@@ -7,7 +7,7 @@ from levelhead.rotations import rotate
 from levelhead.track import Track
 
 WINDOW = 10.0  # s over which the azimuth is averaged: vibration and the swing of a step are gone
-FEWEST = 5  # windows; two are spent on the line of drift
+MIN_WINDOWS = 5  # windows; two are spent on the line of drift
 FULL = 0.3  # share of a window's usual number of readings, at least
 FOLLOWS = 0.5  # share of the wandering that is in a fused heading: see ``expected_heading_error``
 
@@ -36,7 +36,7 @@ def _scatter(t: Array, azimuth: Array) -> float | None:
     counts = np.bincount(window)
     sums = np.bincount(window, np.cos(azimuth)) + 1j * np.bincount(window, np.sin(azimuth))
     full = counts > FULL * np.median(counts[counts > 0])
-    if full.sum() < FEWEST:
+    if full.sum() < MIN_WINDOWS:
         return None
     middle = (np.flatnonzero(full) + 0.5) * WINDOW
     means = np.unwrap(np.angle(sums[full]))

@@ -12,16 +12,16 @@ from levelhead.signals.rest import rest_rows
 from levelhead.units import GRAVITY
 
 SCALE = 0.025  # of gravity
-SURE = 3.0  # σ by which a scale found in motion must be beyond SCALE
+MIN_SIGMAS = 3.0  # σ by which a scale found in motion must be beyond SCALE
 STRIDES = 2.0  # s, over which the accelerations of a motion cancel
-LITTLE = 0.09  # rad/s, and rad: 5 deg/s and 5 deg
-MANY = 1_000_000  # rows that tell as much of a distribution as all
-WITHOUT = 0.35  # g, below which there is no gravity in the force
-FEWEST = 8  # windows of STRIDES
+MAX_HELD = 0.09  # rad/s, and rad: 5 deg/s and 5 deg
+MAX_ROWS = 1_000_000  # rows that tell as much of a distribution as all
+MIN_GRAVITY = 0.35  # g, below which there is no gravity in the force
+MIN_WINDOWS = 8  # windows of STRIDES
 BIAS = np.radians(0.45)  # rad/s
-AGAINST = -0.55  # correlation from which gravity turns against the gyroscope
-AGREES = 0.5  # correlation from which it turns as the gyroscope has it
-STRONGEST, WEAKEST = 67.0, 22.0  # µT, of the earth's field (World Magnetic Model 2020, at the ground)
+MAX_REVERSED_CORRELATION = -0.55  # correlation from which gravity turns against the gyroscope
+MIN_CORRELATION = 0.5  # correlation from which it turns as the gyroscope has it
+MAX_FIELD, MIN_FIELD = 67.0, 22.0  # µT, of the earth's field (World Magnetic Model 2020, at the ground)
 
 
 def examine_gravity(recording: Recording) -> Iterator[Finding]:
@@ -34,7 +34,7 @@ def examine_gravity(recording: Recording) -> Iterator[Finding]:
     if len(lengths) < 3 or len(usual) == 0:
         return
     share, length = median(lengths) / GRAVITY, median(usual) / GRAVITY
-    if share < WITHOUT and length < 2.0 * WITHOUT:
+    if share < MIN_GRAVITY and length < 2.0 * MIN_GRAVITY:
         yield Finding(
             "gravity_removed",
             "broken",
@@ -70,7 +70,7 @@ def examine_rest(recording: Recording) -> Iterator[Finding]:
     else:
         off, sigma = scale_in_motion(recording)
         evidence = f"mean over {STRIDES:g} s, turned back by the gyroscope, ±{100 * sigma:.1f} %"
-    if abs(off) > SCALE + SURE * sigma:
+    if abs(off) > SCALE + MIN_SIGMAS * sigma:
         yield Finding(
             "acc_scale",
             "warning",
@@ -98,14 +98,14 @@ def examine_rest(recording: Recording) -> Iterator[Finding]:
 
 def _hardly_turns(recording: Recording) -> bool:
     """Whether the rate stays small and gravity on one side: held in a hand, perhaps, but too still to tell anything."""
-    some = slice(None, None, 1 + len(recording) // MANY)
+    some = slice(None, None, 1 + len(recording) // MAX_ROWS)
     rate = np.linalg.norm(recording.gyr[some], axis=1)
     up = recording.acc[some] / np.linalg.norm(recording.acc[some], axis=1)[:, None]
     known = up[np.isfinite(up).all(axis=1)]
     if len(known) == 0:
         return False
     away = np.linalg.norm(up - [median(axis) for axis in known.T], axis=1)
-    return float(np.nanquantile(rate, 0.99)) < LITTLE and float(np.nanquantile(away, 0.99)) < LITTLE
+    return float(np.nanquantile(rate, 0.99)) < MAX_HELD and float(np.nanquantile(away, 0.99)) < MAX_HELD
 
 
 def scale_in_motion(recording: Recording) -> tuple[float, float]:
@@ -117,14 +117,14 @@ def scale_in_motion(recording: Recording) -> tuple[float, float]:
     rows = excerpt(len(recording))
     t, gyr, acc = recording.t[rows], recording.gyr[rows], recording.acc[rows]
     quiet = quiet_turn(t, gyr, acc)
-    if quiet is not None and quiet.correlation < AGAINST:
+    if quiet is not None and quiet.correlation < MAX_REVERSED_CORRELATION:
         return 0.0, 0.0
     lengths = mean_forces(t, gyr, acc, STRIDES).length
     lengths = lengths[np.isfinite(lengths)]
-    if len(lengths) < FEWEST:
+    if len(lengths) < MIN_WINDOWS:
         return 0.0, 0.0
     off = float(lengths.mean() / GRAVITY - 1.0)
-    if off < 0.0 and (quiet is None or quiet.correlation < AGREES):
+    if off < 0.0 and (quiet is None or quiet.correlation < MIN_CORRELATION):
         return 0.0, 0.0
     return off, float(lengths.std() / GRAVITY / np.sqrt(len(lengths)))
 
@@ -147,11 +147,11 @@ def examine_field(recording: Recording) -> Iterator[Finding]:
             "5th to 95th percentile; the earth's is constant",
             "Keep away from iron, or calibrate.",
         )
-    if known and (middle > STRONGEST or middle < WEAKEST):
+    if known and (middle > MAX_FIELD or middle < MIN_FIELD):
         yield Finding(
             "mag_strength",
             "warning",
-            f"{middle:.0f} µT is not a field of the earth ({WEAKEST:g} to {STRONGEST:g} µT)",
+            f"{middle:.0f} µT is not a field of the earth ({MIN_FIELD:g} to {MAX_FIELD:g} µT)",
             "median length",
             "Iron or a magnet is near, or the unit is wrong.",
         )

@@ -13,13 +13,13 @@ from levelhead.recording import Array
 from levelhead.signals.turn_matrix import ALL_NINE, SHAPES, TurnMatrix, fit
 
 SIGMAS = 1.96  # of an interval of 95 %
-SURE = 4.0  # σ
+MIN_SIGMAS = 4.0  # σ
 LAG, LAG_SURE = 0.08, 5.0  # s, σ: of a filter in front of the accelerometer
 LATE, FLOOR = 0.008, 0.001  # s of a magnetometer: worth a note; 1σ that no model has
 MUCH = 0.08  # s from which it is worse than a note
 SHARE, ROUGH, HIDDEN = 0.08, 0.02, 0.3  # of the field: iron worth a word; 1σ that no model has, and without contrast
 OVAL, OVAL_ROUGH, OVAL_HIDDEN = 0.08, 0.015, 0.1  # of the field, as SHARE, ROUGH and HIDDEN
-LEAST = 0.2  # of an axis of the field's shape: less is no fit
+MIN_AXIS = 0.2  # of an axis of the field's shape: less is no fit
 JUMP, WIDEST = np.radians((0.6, 20.0))  # rad/s; 20 deg/s is the zero-rate tolerance of the MPU-6050's data sheet
 JUMP_SURE = {1: 6.5, 2: 5.0}  # σ, by how many sensors show the bias
 BIAS, WANDER, VAGUE = np.radians((1.0, 0.2, 2.0))  # rad/s: worth a note; 1σ that no model has, and without contrast
@@ -51,7 +51,7 @@ def examine_field_delay(field: Seen) -> Iterator[Finding]:
     """Whether the magnetometer comes later or earlier than the gyroscope."""
     delay = field.fit.delay
     sigma = float(np.hypot(field.fit.sigma[3], FLOOR + 0.03 / field.contrast**2))
-    if abs(delay) < LATE + SIGMAS * sigma or abs(delay) < SURE * sigma:
+    if abs(delay) < LATE + SIGMAS * sigma or abs(delay) < MIN_SIGMAS * sigma:
         return
     yield Finding(
         "mag_delay",
@@ -76,7 +76,7 @@ def examine_iron(field: Seen, fault: Hypothesis | None) -> Iterator[Finding]:
     size = float(np.linalg.norm(iron))
     along = float(np.sqrt(((iron * sigma) ** 2).sum()) / max(size, 1e-12))
     share, spread = size / strength, SIGMAS * along / strength
-    if share < SHARE or float(np.sqrt(((iron / sigma) ** 2).sum())) < SURE + 1.0:
+    if share < SHARE or float(np.sqrt(((iron / sigma) ** 2).sum())) < MIN_SIGMAS + 1.0:
         return
     yield Finding(
         "mag_offset",
@@ -95,7 +95,7 @@ def examine_iron(field: Seen, fault: Hypothesis | None) -> Iterator[Finding]:
 def examine_shape(field: Seen, fault: Hypothesis | None) -> Iterator[Finding]:
     """Whether soft iron, or axes of unlike scale, make the field longer along one direction than along another."""
     values, vectors = np.linalg.eigh(np.eye(3) + field.fit.shape)
-    if values[0] < LEAST:
+    if values[0] < MIN_AXIS:
         return
     ratio = float(values[-1] / values[0])
     along = np.einsum("id,sij,jd->sd", vectors, SHAPES, vectors)  # change of each eigenvalue with each number of S
@@ -104,7 +104,7 @@ def examine_shape(field: Seen, fault: Hypothesis | None) -> Iterator[Finding]:
     floor = OVAL_ROUGH + OVAL_HIDDEN / field.contrast**2
     sigma = float(np.sqrt(gradient @ covariance @ gradient + floor**2))
     size, spread = ratio - 1.0, SIGMAS * sigma
-    if size < OVAL + spread or size < SURE * sigma:
+    if size < OVAL + spread or size < MIN_SIGMAS * sigma:
         return
     axis = "xyz"[int(np.abs(vectors[:, 0]).argmax())]
     yield Finding(
@@ -153,7 +153,7 @@ def examine_bias(seen: Sequence[Seen]) -> Iterator[Finding]:
     bias = sum(weight * one for weight, (one, _) in zip(weights, made, strict=True)) / total
     sigma = total**-0.5
     axis = int(np.abs(bias).argmax())
-    if abs(bias[axis]) < BIAS + SURE * sigma[axis]:
+    if abs(bias[axis]) < BIAS + MIN_SIGMAS * sigma[axis]:
         return
     size, spread_deg = float(np.degrees(np.abs(bias[axis]))), float(np.degrees(SIGMAS * sigma[axis]))
     yield Finding(

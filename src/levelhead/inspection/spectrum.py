@@ -9,13 +9,13 @@ from levelhead.inspection.findings import Finding
 from levelhead.recording import Array, Recording
 
 SEGMENTS = (512, 128)  # samples of one periodogram, of long and of short recordings
-LEAST = 8  # of them
+MIN_WINDOWS = 8  # of them
 FALSE_ALARM = 1e-6  # of a whole spectrum, for white noise
-SLOWEST = 12.0  # Hz; below it people move, and steps have harmonics
-SMALL = {"acc": 0.1, "gyr": np.radians(0.5)}  # m/s², rad/s rms of a line that matters
+MIN_FREQUENCY = 12.0  # Hz; below it people move, and steps have harmonics
+MIN_LINE = {"acc": 0.1, "gyr": np.radians(0.5)}  # m/s², rad/s rms of a line that matters
 AROUND = 15  # bins on either side whose median is the background
 UNITS = {"gyr": ("deg/s", 180.0 / np.pi), "acc": ("m/s²", 1.0)}
-EDGE, EDGE_SHARE = 0.8, 0.35  # of half the sample rate; of the power above SLOWEST that may lie beyond it
+EDGE, EDGE_SHARE = 0.8, 0.35  # of half the sample rate; of the power above MIN_FREQUENCY that may lie beyond it
 
 
 class Spectrum(NamedTuple):
@@ -40,9 +40,9 @@ def spectrum(values: Array, rate: float) -> Spectrum | None:
     """
     finite = np.isfinite(values).all(axis=1)
     values = values[finite]
-    size = SEGMENTS[len(values) < (LEAST + 1) * SEGMENTS[0] // 2]
+    size = SEGMENTS[len(values) < (MIN_WINDOWS + 1) * SEGMENTS[0] // 2]
     count = (len(values) - size) // (size // 2) + 1
-    if count < LEAST or not rate > 0.0:
+    if count < MIN_WINDOWS or not rate > 0.0:
         return None
     starts = np.arange(count)[:: max(1, count // 400)] * (size // 2)
     window = np.hanning(size)
@@ -72,7 +72,7 @@ def lines(found: Spectrum, least: float) -> list[SpectralLine]:
     peak[1:-1] = (found.density[1:-1] >= found.density[:-2]) & (found.density[1:-1] > found.density[2:])
     step = float(found.frequency[1])
     made = []
-    for i in np.flatnonzero(above & peak & (found.frequency > SLOWEST)):
+    for i in np.flatnonzero(above & peak & (found.frequency > MIN_FREQUENCY)):
         near = slice(max(0, i - 2), i + 3)
         power = float((found.density[near] - background[near]).clip(0.0).sum()) * step
         if np.sqrt(power) > least:
@@ -85,10 +85,10 @@ def examine_spectra(recording: Recording) -> Iterator[Finding]:
     rate = recording.rate
     for role, name in (("acc", "accelerometer"), ("gyr", "gyroscope")):
         found = spectrum(np.asarray(getattr(recording, role)), rate)
-        if found is None or rate < 4.0 * SLOWEST:
+        if found is None or rate < 4.0 * MIN_FREQUENCY:
             continue
         unit, factor = UNITS[role]
-        strong = lines(found, SMALL[role])
+        strong = lines(found, MIN_LINE[role])
         if strong:
             listed = ", ".join(f"{one.frequency:.1f} Hz ({factor * one.rms:.2g} {unit} rms)" for one in strong[:3])
             yield Finding(
@@ -98,18 +98,18 @@ def examine_spectra(recording: Recording) -> Iterator[Finding]:
                 f"{60 * strong[0].frequency:.0f} turns a minute, if something turns; {found.segments} periodograms",
                 "Mount it softer, or switch on the sensor's low-pass filter.",
             )
-        high = found.frequency > SLOWEST
+        high = found.frequency > MIN_FREQUENCY
         beyond = found.frequency > EDGE * rate / 2.0
         total = float(found.density[high].sum())
         share = float(found.density[beyond].sum()) / total if total > 0.0 else 0.0
         rms = np.sqrt(float(found.density[beyond].sum()) * float(found.frequency[1]))
         white = float(beyond.sum() / max(1, high.sum()))  # the share that white noise has
-        if share > max(EDGE_SHARE, 1.6 * white) and rms > 3.0 * SMALL[role]:
+        if share > max(EDGE_SHARE, 1.6 * white) and rms > 3.0 * MIN_LINE[role]:
             yield Finding(
                 f"aliasing_{role}",
                 "note",
                 f"the {name}'s vibration does not end at half the sample rate: part of it is folded back",
-                f"{100 * share:.0f} % of the power above {SLOWEST:g} Hz lies beyond {EDGE * rate / 2:.0f} Hz, "
+                f"{100 * share:.0f} % of the power above {MIN_FREQUENCY:g} Hz lies beyond {EDGE * rate / 2:.0f} Hz, "
                 f"{factor * rms:.2g} {unit} rms",
                 "Sample faster, or set the sensor's low-pass filter below half the rate.",
             )

@@ -12,7 +12,7 @@ LONG_GAP = 10.0  # median intervals: one of them is worth a finding
 MANY_GAPS = 5
 JITTER = 0.6  # of the median interval, between the 1st and the 99th percentile
 SLOW = 20.0  # Hz
-FAR = 15.0  # deg between two samples, at the 99th percentile, beyond which interpolation fails
+MAX_STEP = 15.0  # deg between two samples, at the 99th percentile, beyond which interpolation fails
 BURST = 0.5  # median interval over the mean one
 
 
@@ -61,10 +61,10 @@ def examine_clock(recording: Recording) -> Iterator[Finding]:
     turn = np.degrees(np.sqrt(np.einsum("ij,ij->i", recording.gyr[1:], recording.gyr[1:])) * steps)
     turn = turn[np.isfinite(turn)]
     far = float(np.quantile(turn, 0.99)) if len(turn) else 0.0
-    if 1.0 / mean < SLOW or far > FAR:
+    if 1.0 / mean < SLOW or far > MAX_STEP:
         yield Finding(
             "too_slow",
-            "warning" if far > FAR else "note",
+            "warning" if far > MAX_STEP else "note",
             f"{1 / mean:.3g} Hz is slow for this motion: up to {far:.0f} deg between two samples",
             f"mean interval {1e3 * mean:.3g} ms",
             "Record at 50 Hz or more.",

@@ -20,7 +20,7 @@ from levelhead.inspection.residuals import (
 )
 from levelhead.open_types import JsonObject
 from levelhead.recording import Array, Recording
-from levelhead.signals.turn_matrix import MOST
+from levelhead.signals.turn_matrix import MAX_SEGMENTS
 from levelhead.sources.interpret.counts import GYR
 from levelhead.units import DEGREE
 
@@ -32,7 +32,7 @@ SIGMAS = 1.96  # of an interval of 95 %
 USUAL = (131.0, 65.5, 32.8, 16.4)  # counts per deg/s
 
 
-def examine_turns(recording: Recording, most: int = MOST) -> Iterator[Finding]:
+def examine_turns(recording: Recording, most: int = MAX_SEGMENTS) -> Iterator[Finding]:
     """The one fault of scale, wiring or mounting that explains how the sensors disagree."""
     agreement, jump = _explain(recording, most)
     force = next((one for one in agreement.seen if one.role == "acc"), None)

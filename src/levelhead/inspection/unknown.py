@@ -12,7 +12,7 @@ from levelhead.signals.rest import rest_rows
 SIDES = 0.35  # spread of the direction of gravity in every direction, from which all axes were seen
 CLEAR_TURN = 0.5  # rad/s rms about an axis that shows its sign and scale
 RESTED = 2.0  # s
-CLEAR = 0.7  # correlation of gravity's turn that proves units and axes
+MIN_CORRELATION = 0.7  # correlation of gravity's turn that proves units and axes
 
 
 def unknown(recording: Recording, found: Collection[str]) -> Iterator[str]:
@@ -21,7 +21,7 @@ def unknown(recording: Recording, found: Collection[str]) -> Iterator[str]:
     t, gyr, acc = recording.t[rows], recording.gyr[rows], recording.acc[rows]
     with np.errstate(all="ignore"):
         turn = turn_of_gravity(t, gyr, acc)
-        if turn is None or abs(turn.correlation) < CLEAR:
+        if turn is None or abs(turn.correlation) < MIN_CORRELATION:
             yield (
                 "whether axes, signs and unit of the gyroscope are right: turn it slowly by 90° about each axis, "
                 "and back, for 20 s"

@@ -3,7 +3,7 @@
 import math
 
 STEP = math.log(1.05)  # a bucket is 5 % wide
-SMALLEST = 1e-6  # s
+MIN_LATENCY = 1e-6  # s
 BUCKETS = 400  # up to 5 minutes
 
 
@@ -19,7 +19,7 @@ class LatencyHistogram:
         """Counts one duration."""
         self.count += 1
         self.largest = max(self.largest, seconds)
-        bucket = int(math.log(seconds / SMALLEST) / STEP) if seconds > SMALLEST else 0
+        bucket = int(math.log(seconds / MIN_LATENCY) / STEP) if seconds > MIN_LATENCY else 0
         self._counts[min(bucket, BUCKETS - 1)] += 1
 
     def quantile(self, share: float) -> float:
@@ -30,7 +30,7 @@ class LatencyHistogram:
         for bucket, count in enumerate(self._counts):
             left -= count
             if left <= 0.0:
-                return min(SMALLEST * math.exp(STEP * (bucket + 1)), self.largest)
+                return min(MIN_LATENCY * math.exp(STEP * (bucket + 1)), self.largest)
         return self.largest
 
     def figures(self) -> dict[str, float]:

@@ -30,7 +30,7 @@ from levelhead.units import GRAVITY
 
 PLACE = re.compile(r"^udp:(?:(\d+\.\d+\.\d+\.\d+|localhost):)?(\d{1,5})$")
 LOOPBACK, LAST_PORT = "127.0.0.1", 65_535
-DATAGRAM, MOST = 65_535, 1000  # bytes of a datagram, and datagrams of a poll
+DATAGRAM, MAX_DATAGRAMS = 65_535, 1000  # bytes of a datagram, and datagrams of a poll
 MILLI, GAUSS, HECTOPASCAL = 1e-3, 100.0, 100.0  # milli; µT per gauss; Pa per hPa
 NO_MAG = (0.0, 0.0, 0.0)
 HALF = math.sqrt(0.5)
@@ -92,7 +92,7 @@ class MavlinkSource:
         """What came."""
         samples: list[Sample] = []
         assert self._socket is not None
-        for _ in range(MOST):
+        for _ in range(MAX_DATAGRAMS):
             try:
                 data = self._socket.recv(DATAGRAM)
             except BlockingIOError:

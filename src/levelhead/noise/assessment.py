@@ -7,7 +7,7 @@ import numpy as np
 from levelhead.errors import LevelheadError, nearest
 from levelhead.noise.fit import FLICKER_SHARE
 from levelhead.noise.model import NoiseModel, TriadNoise
-from levelhead.noise.temperature import CLEAR, WEAK_SPAN, TemperatureDrift
+from levelhead.noise.temperature import MIN_SIGMAS, WEAK_SPAN, TemperatureDrift
 from levelhead.simulate.presets import ACC_INSTABILITY, CHIPS, GYR_INSTABILITY, ONE_SIDED, Chip
 from levelhead.units import factor
 
@@ -123,8 +123,8 @@ def _drift(name: str, drift: TemperatureDrift) -> str:
         f"{NAMES[name]}: with temperature its bias changes by {slopes} {unit} per K at {drift.reference:g} °C, "
         f"{moved:.2g} {unit} in all from {drift.low:.1f} to {drift.high:.1f} °C"
     )
-    clear = (np.abs(drift.value[:, 1]) > CLEAR * drift.sigma[:, 1]).any()
-    if not clear and not (np.abs(drift.value[:, 2:]) > CLEAR * drift.sigma[:, 2:]).any():
+    clear = (np.abs(drift.value[:, 1]) > MIN_SIGMAS * drift.sigma[:, 1]).any()
+    if not clear and not (np.abs(drift.value[:, 2:]) > MIN_SIGMAS * drift.sigma[:, 2:]).any():
         line = (
             f"{NAMES[name]}: no change of its bias with temperature shows from {drift.low:.1f} to {drift.high:.1f} °C"
         )

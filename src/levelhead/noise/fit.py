@@ -32,9 +32,9 @@ FLICKER_SHARE = 2.0 * math.log(2.0) / math.pi
 RISE = 3.84  # of the sum at the ends of a 95 % interval: χ²(1)
 ROUNDS = 60
 FREQUENCIES = 6_000  # at which equation 3 is integrated
-MOST_FILTERED = 0.3  # s: a chip's low-pass filter shapes what is shorter, and nothing longer
+MAX_FILTERED = 0.3  # s: a chip's low-pass filter shapes what is shorter, and nothing longer
 CLEARLY = 6.63  # by which a sum is smaller with one number more, in one of 100 cases by chance: χ²(1)
-FEW = 32  # times as many samples as an averaging factor make the sum over them long
+MIN_FACTORS = 32  # times as many samples as an averaging factor make the sum over them long
 MISFIT = 3.0  # mean squared misfit in σ from which the shortest τ is not of this model
 
 
@@ -157,7 +157,7 @@ def fit(curve: AllanCurve) -> Coefficients:
     while _misfit(result) > MISFIT:
         shorter = used.copy()
         shorter[int(used.argmax())] = False
-        if shorter.sum() < 6 or curve.tau[shorter][0] > MOST_FILTERED:
+        if shorter.sum() < 6 or curve.tau[shorter][0] > MAX_FILTERED:
             break
         without = _select_fit(curve, shorter)
         if _misfit(without) > 0.7 * _misfit(result):
@@ -182,7 +182,7 @@ def _minimise(curve: AllanCurve, used: NDArray[np.bool_], known: dict[int, float
     """Alternates between the squares and the ν and correlations that follow from them."""
     terms, seen = shapes(curve.tau[used]), curve.deviation[used] ** 2
     squares, total = np.array([0.0, 1.0, 0.0, 0.0]), math.inf
-    many = curve.factor[used] * FEW < curve.count  # equation 3 holds for sums of many independent terms
+    many = curve.factor[used] * MIN_FACTORS < curve.count  # equation 3 holds for sums of many independent terms
     for _ in range(4):
         freedom, correlation = spectral(curve, used, squares)
         freedom = np.where(many, freedom, freedoms(curve, used, squares))

@@ -13,8 +13,8 @@ from levelhead.noise.temperature import temperature_drift
 from levelhead.recording import Array, Recording, median
 from levelhead.signals.rest import StillStretch, still_stretches
 
-LEAST = 20.0  # s at rest, below which there is nothing to say
-MOST_MISSING = 0.05  # share of samples that may be missing and are interpolated
+MIN_REST = 20.0  # s at rest, below which there is nothing to say
+MAX_MISSING = 0.05  # share of samples that may be missing and are interpolated
 LONGEST_GAP = 1.0  # s
 
 
@@ -69,10 +69,10 @@ def longest(recording: Recording) -> StillStretch:
     """
     found = max(still_stretches(recording), key=lambda one: one.end - one.start, default=StillStretch(0, 0))
     seconds = (found.end - found.start) / max(recording.rate, 1e-9)
-    if seconds < LEAST:
+    if seconds < MIN_REST:
         raise LevelheadError(
-            f"the sensor was still for {seconds:.0f} s at most in {recording.duration:.0f} s; noise needs {LEAST:g} s "
-            "at rest, better an hour: put it on a table that nobody touches"
+            f"the sensor was still for {seconds:.0f} s at most in {recording.duration:.0f} s; noise needs {MIN_REST:g} "
+            "s at rest, better an hour: put it on a table that nobody touches"
         )
     return found
 
@@ -128,10 +128,10 @@ def uniform(name: str, t: Array, values: Array) -> tuple[Array, float]:
     places = np.concatenate([[0.0], np.cumsum(np.maximum(np.rint(steps / usual), 1.0))])
     count = int(places[-1]) + 1
     gap = float(steps.max())
-    if gap > max(LONGEST_GAP, 3.0 * usual) or count - len(t) > MOST_MISSING * count:
+    if gap > max(LONGEST_GAP, 3.0 * usual) or count - len(t) > MAX_MISSING * count:
         raise LevelheadError(
             f"{name} at rest has {count - len(t)} of {count} readings missing and a gap of {gap:.1f} s; expected at "
-            f"most {100 * MOST_MISSING:g} % and {LONGEST_GAP:g} s: record again without losses"
+            f"most {100 * MAX_MISSING:g} % and {LONGEST_GAP:g} s: record again without losses"
         )
     interval = float(t[-1] - t[0]) / (count - 1)
     if count == len(t):

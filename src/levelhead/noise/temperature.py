@@ -17,17 +17,17 @@ from levelhead.open_types import JsonObject
 from levelhead.recording import Array
 
 BLOCKS = 300
-LEAST_SPAN = 0.5  # K below which nothing is fitted
+MIN_SPAN = 0.5  # K below which nothing is fitted
 WEAK_SPAN = 5.0  # K below which the answer is weak
-CLEAR = 4.0  # σ from which a coefficient shows
+MIN_SIGMAS = 4.0  # σ from which a coefficient shows
 BENDS = (5.0, 30.0)  # K from which on there is a term more: data do not choose, so that σ is that of one fit
-MOST = 3  # degree
+MAX_DEGREE = 3  # degree
 ROBUST = 2.5  # σ from which a block counts by its distance only
-FEWEST = 4  # differences that do not overlap, at the longest lag
+MIN_DIFFERENCES = 4  # differences that do not overlap, at the longest lag
 HIDDEN = 0.3  # of the noise of a block: a random walk over all blocks that no difference would show
 MEDIAN_OF_SQUARE = 0.4549  # of a normal variable, over its variance
 ARRAYS = ("value", "sigma", "before", "after")
-LEAST_BLOCK = 20  # samples with a temperature in a block
+MIN_BLOCK = 20  # samples with a temperature in a block
 
 
 class Curve(NamedTuple):
@@ -86,7 +86,7 @@ class TemperatureDrift:
         numbers = [np.array(part[f"{name}_C"], dtype=float) for name in ("reference", "low", "high")]
         arrays = [np.array(part[name], dtype=float) for name in ARRAYS]
         shapes = [one.shape for one in (*numbers, *arrays)]
-        if shapes != [()] * 3 + [(3, MOST + 1)] * 2 + [(3,)] * 2 or not all(
+        if shapes != [()] * 3 + [(3, MAX_DEGREE + 1)] * 2 + [(3,)] * 2 or not all(
             np.isfinite(one).all() for one in (*numbers, *arrays)
         ):
             raise ValueError
@@ -96,7 +96,7 @@ class TemperatureDrift:
 
     def bias(self, temperature: Array) -> Array:
         """(n, 3) bias at (n,) °C."""
-        powers = np.power.outer(temperature - self.reference, np.arange(MOST + 1))
+        powers = np.power.outer(temperature - self.reference, np.arange(MAX_DEGREE + 1))
         found: Array = powers @ self.value.T
         return found
 
@@ -108,7 +108,7 @@ def temperature_drift(values: Array, temperature: Array) -> TemperatureDrift | N
         None where the temperature is hardly known, or spans less than 0.5 K.
     """
     blocks = _blocks(values, temperature)
-    if len(blocks) < 20 or np.ptp(blocks[:, 0]) < LEAST_SPAN:
+    if len(blocks) < 20 or np.ptp(blocks[:, 0]) < MIN_SPAN:
         return None
     reference = round(float(np.median(blocks[:, 0])), 1)
     curves = [fit_curve(blocks[:, 0] - reference, blocks[:, axis]) for axis in (1, 2, 3)]
@@ -120,11 +120,11 @@ def temperature_drift(values: Array, temperature: Array) -> TemperatureDrift | N
 def _blocks(values: Array, temperature: Array) -> Array:
     """(k, 4) mean temperature and readings of blocks of equal length."""
     found = []
-    for rows in np.array_split(np.arange(len(values)), min(BLOCKS, max(1, len(values) // LEAST_BLOCK))):
+    for rows in np.array_split(np.arange(len(values)), min(BLOCKS, max(1, len(values) // MIN_BLOCK))):
         part = values[rows]
         good = np.isfinite(part).all(axis=1)
         known = np.isfinite(temperature[rows])
-        if known.any() and good.sum() >= LEAST_BLOCK // 2:
+        if known.any() and good.sum() >= MIN_BLOCK // 2:
             found.append([temperature[rows][known].mean(), *part[good].mean(axis=0)])
     return np.array(found).reshape(-1, 4)
 
@@ -138,7 +138,7 @@ def fit_curve(u: Array, means: Array) -> Curve:
     degree = 1 + sum(span >= one for one in BENDS)
     value, sigma, left = _solve(u / scale, means - centre, degree)
     powers = scale ** np.arange(degree + 1)
-    whole, deviation = np.zeros(MOST + 1), np.zeros(MOST + 1)
+    whole, deviation = np.zeros(MAX_DEGREE + 1), np.zeros(MAX_DEGREE + 1)
     whole[: degree + 1], deviation[: degree + 1] = value / powers, sigma / powers
     whole[0] += centre
     return Curve(whole, deviation, before, float(np.sqrt(np.mean(left**2))))
@@ -182,7 +182,7 @@ def whiten(columns: Array, white: float, walk: float) -> Array:
 
 def block_variances(left: Array) -> tuple[float, float]:
     """Of (k,) residuals: their white part's variance, and a random walk's by block; by medians, so no touch counts."""
-    lags = [2**i for i in range(12) if 2**i <= len(left) // FEWEST]
+    lags = [2**i for i in range(12) if 2**i <= len(left) // MIN_DIFFERENCES]
     spread = [max(float(np.median((left[lag:] - left[:-lag]) ** 2)) / MEDIAN_OF_SQUARE, 1e-300) for lag in lags]
     hidden = HIDDEN * spread[0] / len(left)
     walk = max(

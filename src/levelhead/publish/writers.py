@@ -31,7 +31,7 @@ from levelhead.open_types import JsonObject, Untyped
 from levelhead.recording import Array
 from levelhead.track import POSE, Track
 
-MANY = 200_000  # rows from which pyarrow, if it is there, writes CSV faster than it takes to import it
+MIN_ARROW_ROWS = 200_000  # rows from which pyarrow, if it is there, writes CSV faster than it takes to import it
 CHUNK = 50_000  # rows in memory as text or table at a time
 SUFFIXES = (".csv", ".parquet")
 AXES = ("x", "y", "z")
@@ -59,7 +59,7 @@ def write_track(
     with atomic_path(path) as temporary:
         if path.suffix.lower() == ".parquet":
             _write_parquet([track], _schema(track, more), temporary, report, more)
-        elif len(track) >= MANY and find_spec("pyarrow") is not None:
+        elif len(track) >= MIN_ARROW_ROWS and find_spec("pyarrow") is not None:
             _write_large_csv([track], _schema(track, more), temporary, report, more)
         else:
             _write_csv(track, temporary, report, more)

@@ -9,10 +9,10 @@ from levelhead.recording import Array, median
 
 SPAN = 0.5  # s
 _ROWS = 40_000
-_ENOUGH = 0.15  # rms turn of the body per span, rad, that tells something
+_MIN_TURN = 0.15  # rms turn of the body per span, rad, that tells something
 _OWN_FIELD = 0.2  # turn of the field over that of the body, below which five parts of six are the device's own
-_FEWEST = 12  # independent spans that tell something
-_CLEAR = 4.0  # standard errors
+_MIN_SPANS = 12  # independent spans that tell something
+_MIN_SIGMAS = 4.0  # standard errors
 _CONSTANT = 1e-5  # relative spread of a length that software has normalised
 
 
@@ -40,7 +40,7 @@ class FieldTurn(NamedTuple):
     @property
     def is_informative(self) -> bool:
         """Whether the body turned enough, often enough."""
-        return self.turned > _ENOUGH and self.spans >= _FEWEST
+        return self.turned > _MIN_TURN and self.spans >= _MIN_SPANS
 
     @property
     def unusable(self) -> bool:
@@ -50,7 +50,7 @@ class FieldTurn(NamedTuple):
     @property
     def shows_field(self) -> bool:
         """Whether a field turns with the body, whatever constant offset it has: its length is not 0."""
-        return self.spans >= _FEWEST and self.length > _CLEAR * self.error
+        return self.spans >= _MIN_SPANS and self.length > _MIN_SIGMAS * self.error
 
     @property
     def is_own_field(self) -> bool:

@@ -4,7 +4,7 @@ import numpy as np
 
 from levelhead.recording import Array
 
-_ENOUGH = 30  # rows
+_MIN_ROWS = 30  # rows
 _ROWS = 20_000  # as many tell it
 _CONSTANT = 0.02  # relative spread of the length; rates of a body that turns vary by far more
 _ALONG = 0.95  # median cosine between the columns and the accelerometer
@@ -18,7 +18,7 @@ def is_gravity(gyr: Array, acc: Array) -> bool:
     rows = np.isfinite(gyr).all(axis=1) & np.isfinite(acc).all(axis=1)
     gyr, acc = gyr[rows], acc[rows]
     lengths, forces = np.linalg.norm(gyr, axis=1), np.linalg.norm(acc, axis=1)
-    if len(gyr) < _ENOUGH or not (lengths.min() > 0.0 and np.std(lengths) < _CONSTANT * np.mean(lengths)):
+    if len(gyr) < _MIN_ROWS or not (lengths.min() > 0.0 and np.std(lengths) < _CONSTANT * np.mean(lengths)):
         return False
     ways = gyr / lengths[:, None]
     mean = ways.mean(axis=0)

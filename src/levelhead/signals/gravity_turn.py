@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 from levelhead.recording import Array, median
 
 SMOOTH = 0.2  # s; takes vibration out of the direction of gravity
-_NEAR, _QUIET = 0.2, 0.06  # shares of its usual length by which the specific force may differ: usually, in quiet spans
+_MAX_DEVIATION = 0.2  # of the specific force, as a share of its usual length
+_MAX_QUIET_DEVIATION = 0.06  # the same in quiet spans
 _QUIET_SAMPLE, _QUIET_SPAN = 0.12, 0.3  # share of the usual length, at every sample; s
 _QUIET_SHARE = 0.05  # of the rows, at least, must be quiet
 SPAN = 0.5  # s; over which the turn of gravity is compared
@@ -58,7 +59,9 @@ def excerpt(n: int) -> slice | NDArray[np.intp]:
     return (starts[:, None] + np.arange(length)).ravel()
 
 
-def turn_of_gravity(t: Array, gyr: Array, acc: Array, near: float = _NEAR, span: float = SPAN) -> GravityTurn | None:
+def turn_of_gravity(
+    t: Array, gyr: Array, acc: Array, near: float = _MAX_DEVIATION, span: float = SPAN
+) -> GravityTurn | None:
     """Compares (n, 3) ``gyr`` in an unknown unit with the turn of (n, 3) ``acc``; None without a comparable span.
 
     ``t`` (n,) s. Spans across gaps and missing values are left out, and those at whose ends the specific force is
@@ -105,7 +108,7 @@ def quiet_turn(t: Array, gyr: Array, acc: Array) -> GravityTurn | None:
     around = np.convolve(~still, np.ones(2 * size + 1), "same") < 0.05 * size
     if still.sum() < 8 or around.sum() < max(30, _QUIET_SHARE * len(t)):
         return None
-    return turn_of_gravity(t, np.where(around[:, None], gyr, np.nan), acc, near=_QUIET, span=_QUIET_SPAN)
+    return turn_of_gravity(t, np.where(around[:, None], gyr, np.nan), acc, near=_MAX_QUIET_DEVIATION, span=_QUIET_SPAN)
 
 
 def _spans(values: Array, box: int, span: int) -> Array:

@@ -10,12 +10,12 @@ import numpy as np
 
 from levelhead.recording import Array, Recording
 
-APART = 0.5  # s between readings that count as independent: iron in a room is met for as long
+INTERVAL = 0.5  # s between readings that count as independent: iron in a room is met for as long
 BLOCKS = 8  # parts of the recording, each of which is left out once
 ROUNDER = 0.7  # share of the lengths' spread that may be left when the offset is taken out
-LEAST = 0.08  # share of the field from which an offset is worth a word
-SURE = 4.0  # and how many σ of it
-ENOUGH = 60  # independent readings
+MIN_OFFSET = 0.08  # share of the field from which an offset is worth a word
+MIN_SIGMAS = 4.0  # and how many σ of it
+MIN_READINGS = 60  # independent readings
 COVERED = 0.1  # share of the field by which readings must spread in every direction; turns about one axis do not
 
 
@@ -48,11 +48,15 @@ class HardIron(NamedTuple):
     @property
     def clear(self) -> bool:
         """Whether there is an offset, beyond doubt."""
-        return self.share > LEAST and float(np.linalg.norm(self.offset)) > SURE * self.sigma and self.left < ROUNDER
+        return (
+            self.share > MIN_OFFSET
+            and float(np.linalg.norm(self.offset)) > MIN_SIGMAS * self.sigma
+            and self.left < ROUNDER
+        )
 
     def explained(self, offset: Array) -> bool:
         """Whether this offset is what was found."""
-        return float(np.linalg.norm(self.offset - offset)) < max(LEAST * self.field, SURE * self.sigma)
+        return float(np.linalg.norm(self.offset - offset)) < max(MIN_OFFSET * self.field, MIN_SIGMAS * self.sigma)
 
 
 def hard_iron(recording: Recording) -> HardIron | None:
@@ -61,8 +65,8 @@ def hard_iron(recording: Recording) -> HardIron | None:
         return None
     mag = np.asarray(recording.mag)
     mag = mag[np.isfinite(mag).all(axis=1) & (mag != 0.0).any(axis=1)]
-    count = min(len(mag), int((recording.t[-1] - recording.t[0]) / APART))
-    if count < ENOUGH:
+    count = min(len(mag), int((recording.t[-1] - recording.t[0]) / INTERVAL))
+    if count < MIN_READINGS:
         return None
     middle = mag.mean(axis=0)
     if np.sqrt(max(np.linalg.eigvalsh(np.cov(mag.T))[0], 0.0)) < COVERED * np.median(np.linalg.norm(mag, axis=1)):

@@ -24,10 +24,10 @@ import numpy as np
 from levelhead.recording import Array, median
 
 SEGMENT = 4.0  # s
-FASTEST = 100.0  # Hz to which readings are averaged
-MOST = 48  # segments that are looked at
+MAX_RATE = 100.0  # Hz to which readings are averaged
+MAX_SEGMENTS = 48  # segments that are looked at
 BLOCKS = 16  # values of a segment that are compared
-FEWEST = 5  # segments
+MIN_SEGMENTS = 5  # segments
 STEPS = 8  # of Gauss and Newton
 BIAS, ARM, IRON, DELAY = 0.1, 1.0, 1.0, 0.1  # rad/s, m, of the field's length, s: 1σ of what is expected
 SOFT = 0.2  # 1σ of each number of S that is expected
@@ -135,22 +135,22 @@ class Segments:
         return replace(self, vector=(1.0 - part) * self.vector[low] + part * self.vector[low + 1])
 
 
-def cut(t: Array, gyr: Array, vector: Array, is_force: bool, most: int = MOST) -> Segments | None:
-    """Segments without gaps and missing values, spread over a recording; None with fewer than ``FEWEST``."""
+def cut(t: Array, gyr: Array, vector: Array, is_force: bool, most: int = MAX_SEGMENTS) -> Segments | None:
+    """Segments without gaps and missing values, spread over a recording; None with fewer than ``MIN_SEGMENTS``."""
     step = median(np.diff(t)) if len(t) > 1 else 0.0
     if not step > 0.0:
         return None
-    every = max(1, int(1.0 / (step * FASTEST)))
+    every = max(1, int(1.0 / (step * MAX_RATE)))
     size = round(SEGMENT / (step * every)) * every
     count = len(t) // max(size, 1)
-    if size < BLOCKS * every or count < FEWEST:
+    if size < BLOCKS * every or count < MIN_SEGMENTS:
         return None
     starts = np.arange(count) * size
     whole = (t[starts + size - 1] - t[starts]) < 1.2 * size * step
     fine = np.isfinite(np.hstack([gyr, vector])[: count * size]).reshape(count, -1)
     whole &= fine.all(axis=1)
     starts = starts[whole]
-    if len(starts) < FEWEST:
+    if len(starts) < MIN_SEGMENTS:
         return None
     starts = starts[np.linspace(0, len(starts) - 1, min(most, len(starts))).round().astype(int)]
     rows = np.arange(size)[:, None] + starts

@@ -20,7 +20,7 @@ from levelhead.simulate import fault_effects as effects
 from levelhead.simulate.noise import generator
 from levelhead.units import GRAVITY, factor
 
-LEAST_DURATION = 20.0  # s of a recording that has room for a fault, and for what was before and comes after
+MIN_DURATION = 20.0  # s of a recording that has room for a fault, and for what was before and comes after
 START, LONGEST_SHARE = 0.4, 0.3  # of the recording, where nobody says when and for how long
 NEW_RANGE = 0.6  # of the largest reading: a full scale that this motion exceeds
 NUMBER = r"(-?(?:\d+\.?\d*|\.\d+)(?:e[-+]?\d+)?)"
@@ -185,9 +185,9 @@ def complete(fault: Fault, recording: Recording) -> Fault:
         LevelheadError: the recording is too short, ends before the fault starts, or has no magnetometer for it.
     """
     kind, duration = fault.kind, recording.duration
-    if duration < LEAST_DURATION:
+    if duration < MIN_DURATION:
         raise LevelheadError(
-            f"the recording is {duration:.3g} s long; a fault needs {LEAST_DURATION:g} s, so that there is a time "
+            f"the recording is {duration:.3g} s long; a fault needs {MIN_DURATION:g} s, so that there is a time "
             "before it and one after it"
         )
     if kind.needs_field and recording.mag is None:

@@ -11,7 +11,7 @@ from levelhead.recording import Array
 from levelhead.rotations import conjugate, rotate
 from levelhead.simulate.disturbance import Bumps, Vibration, bumps, vibration
 
-LEAST_STEP = 1e-6  # s between two stamps that a fault moves together
+MIN_STEP = 1e-6  # s between two stamps that a fault moves together
 BURST_STEP = 1e-4  # s between the samples of a burst, as a serial port at 1 Mbaud hands them over
 SPIKES = 2.0  # a second
 SHOCKS_PER_MINUTE, SHOCK_TIME = 60.0, 0.01  # a tool that falls on a bench
@@ -63,7 +63,7 @@ class Window:
     def progress(self, t: Array) -> Array:
         """(n,) 0 before it, 1 after it, and the share of its time in between."""
         start, end = t[self.first], t[min(self.last, len(t) - 1)]
-        share: Array = np.clip((t - start) / max(end - start, LEAST_STEP), 0.0, 1.0)
+        share: Array = np.clip((t - start) / max(end - start, MIN_STEP), 0.0, 1.0)
         return share
 
 
@@ -87,8 +87,8 @@ def bunch_stamps(readings: Readings, window: Window, size: float, random: np.ran
 
 
 def _increase(t: Array, end: float) -> Array:
-    """Stamps made to increase by at least LEAST_STEP, the last at most ``end``."""
-    ramp = LEAST_STEP * np.arange(len(t))
+    """Stamps made to increase by at least MIN_STEP, the last at most ``end``."""
+    ramp = MIN_STEP * np.arange(len(t))
     made: Array = np.minimum(np.maximum.accumulate(t - ramp), end - ramp[-1]) + ramp
     return made
 
@@ -113,7 +113,7 @@ def double_samples(readings: Readings, window: Window, size: float, random: np.r
 
 def delay_field(readings: Readings, window: Window, size: float, random: np.random.Generator) -> None:
     """The magnetometer's readings come ``size`` s late."""
-    arrived = readings.t[window.inside] - size + LEAST_STEP
+    arrived = readings.t[window.inside] - size + MIN_STEP
     source = np.maximum(np.searchsorted(readings.t, arrived, side="right") - 1, 0)
     field = readings.field()
     field[window.inside] = field[source]

@@ -10,7 +10,7 @@ from levelhead.simulate.noise import generator
 
 STREAM = 5  # of random numbers; the IMU and the slower sensors have 0 to 4
 REST, TURN = 2.5, 2.0  # s
-LEAST_TURN, MOST_TURN = 1.2, 2.8  # rad
+MIN_TURN, MAX_TURN = 1.2, 2.8  # rad
 
 
 def poses(
@@ -42,7 +42,7 @@ def poses(
         rates.append(np.zeros((still, 3)))
         if pose + 1 < count:
             axis = random.standard_normal(3)
-            axis *= random.uniform(LEAST_TURN, MOST_TURN) / np.linalg.norm(axis)
+            axis *= random.uniform(MIN_TURN, MAX_TURN) / np.linalg.norm(axis)
             quats.append(product(np.tile(now, (moving, 1)), from_rotvec(np.outer(share, axis))))
             rates.append(np.outer(speed, axis))
             now = quats[-1][-1]

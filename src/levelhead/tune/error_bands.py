@@ -20,7 +20,7 @@ from levelhead.track import Track
 
 SLOW, FAST = 10.0, 1.0  # s
 LESS = 0.95  # of a part of the error: a parameter that lowers it so far is worth naming
-LEAST = 0.05  # °, parts of the error that are smaller are not worth a word
+MIN_ERROR = 0.05  # °, parts of the error that are smaller are not worth a word
 LATE = 10.0  # ms, the same for lag
 
 
@@ -114,7 +114,7 @@ def advice(now: Bands, tried: Mapping[tuple[str, float], Bands]) -> list[Advice]
     found = []
     for symptom in Bands._fields:
         size = _size(now, symptom)
-        if size < (LATE if symptom == "lag" else LEAST):
+        if size < (LATE if symptom == "lag" else MIN_ERROR):
             continue
         best = min(tried, key=lambda key: _size(tried[key], symptom), default=None)
         if best is None or _size(tried[best], symptom) > LESS * size:

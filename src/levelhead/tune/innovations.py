@@ -34,7 +34,7 @@ HORIZON = 5.0  # s
 EVERY = 0.25  # s between two instants
 FREEDOM = 4.0  # ν
 ROUNDS = 20  # of the fit of s; each halves what is left, or better
-LEAST = 1e-9  # rad², of s²
+MIN_VARIANCE = 1e-9  # rad², of s²
 
 
 @dataclass(frozen=True)
@@ -105,10 +105,10 @@ def most_likely_scale(lengths: Array, dimensions: int) -> float:
     s² = mean(w x²)/d,   w = (ν + d)/(ν + x²/s²)
     """
     squares = lengths * lengths
-    s2 = max(float(np.median(squares)), LEAST)
+    s2 = max(float(np.median(squares)), MIN_VARIANCE)
     for _ in range(ROUNDS):
         weights = (FREEDOM + dimensions) / (FREEDOM + squares / s2)
-        s2 = max(float(np.mean(weights * squares)) / dimensions, LEAST)
+        s2 = max(float(np.mean(weights * squares)) / dimensions, MIN_VARIANCE)
     return math.sqrt(s2)
 
 

@@ -21,7 +21,7 @@ from levelhead.tune.reference_orientation import Reference
 FLOOR = 0.01  # °: smaller errors count as this one
 STRETCHES = 12  # at least, over all parts
 PROBABILITY = 0.975  # one-sided, of the interval
-LARGEST = 20.0  # of a log ratio: more is as bad
+MAX_LOG_RATIO = 20.0  # of a log ratio: more is as bad
 MEASURES = ("total", "tilt", "heading")
 
 
@@ -103,7 +103,7 @@ def gain(folds: Sequence[Fold], column: int) -> ErrorGain:
         sigma = max(sigma, float(np.std([one.mean() for one in parts], ddof=1)) / math.sqrt(len(parts)))
     reach = float(stdtrit(max(degrees, 1), PROBABILITY)) * sigma
     return ErrorGain(
-        1.0 - math.exp(middle), 1.0 - math.exp(min(middle + reach, LARGEST)), 1.0 - math.exp(middle - reach)
+        1.0 - math.exp(middle), 1.0 - math.exp(min(middle + reach, MAX_LOG_RATIO)), 1.0 - math.exp(middle - reach)
     )
 
 

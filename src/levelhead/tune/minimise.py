@@ -16,7 +16,7 @@ from levelhead.recording import Array
 POPULATION = 16  # at least; more for many parameters
 SHARE = 0.5  # of the runs for differential evolution, the rest for the simplex
 EDGE = 0.12  # of the range: first edges of the simplex
-ENOUGH = 2e-4  # a change of the logarithm of an error that no longer matters
+MIN_CHANGE = 2e-4  # a change of the logarithm of an error that no longer matters
 
 Objective = Callable[[Array], Array]  # (k, n) points -> (k,) values
 
@@ -71,7 +71,7 @@ def minimise(
         init=first,
         maxiter=generations,
         tol=0.0,
-        atol=ENOUGH,
+        atol=MIN_CHANGE,
         vectorized=True,
         updating="deferred",
         polish=False,
@@ -85,7 +85,7 @@ def minimise(
         method="Nelder-Mead",
         bounds=[(0.0, 1.0)] * n,
         options={
-            "initial_simplex": corners, "maxfev": max(runs - counted.runs, n + 1), "xatol": 0.01, "fatol": ENOUGH,
+            "initial_simplex": corners, "maxfev": max(runs - counted.runs, n + 1), "xatol": 0.01, "fatol": MIN_CHANGE,
         },
     )  # fmt: skip
     return Minimum(counted.best, counted.value, counted.runs)

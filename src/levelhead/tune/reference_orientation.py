@@ -27,8 +27,8 @@ from levelhead.track import Track
 from levelhead.tune.innovations import Innovations, innovations_of
 
 Kind = Literal["truth", "smoother", "likelihood"]
-MOST = 4000  # samples of a recording that are scored: neighbours have the same error
-SHORTEST, SHORT = 10.0, 60.0  # s scored: less is refused, less is weak
+MAX_SAMPLES = 4000  # samples of a recording that are scored: neighbours have the same error
+MIN_TIME, SHORT_TIME = 10.0, 60.0  # s scored: less is refused, less is weak
 STILL, CALM = 3.0, 10.0  # °, RMS turn of the sensor from its mean orientation: less is refused, less is weak
 COVERED, MOSTLY = 0.8, 0.95  # share of the log that its truth spans: less is refused, less is weak
 WIDE = 2.0  # times the median σ: not trusted
@@ -162,21 +162,21 @@ def _check(
 ) -> Reference:
     """The reference over these rows, once it is sure that there is enough motion in it."""
     seconds = float(rows.mean()) * recording.duration
-    if seconds < SHORTEST:
+    if seconds < MIN_TIME:
         whole = "" if seconds > 0.9 * recording.duration else f" of {recording.duration:.0f} s that can be scored"
         raise LevelheadError(
-            f"{name}: {seconds:.0f} s{whole} are too short to tune on; expected {SHORTEST:g} s of motion, better a few "
+            f"{name}: {seconds:.0f} s{whole} are too short to tune on; expected {MIN_TIME:g} s of motion, better a few "
             "minutes"
         )
     scored = np.flatnonzero(rows)
-    scored = scored[np.unique(np.linspace(0, len(scored) - 1, min(MOST, len(scored))).astype(int))]
+    scored = scored[np.unique(np.linspace(0, len(scored) - 1, min(MAX_SAMPLES, len(scored))).astype(int))]
     turn = _spread(truth.quat[scored])
     if turn < STILL:
         raise LevelheadError(
             f"{name}: the sensor hardly turns ({turn:.1f}° RMS from its mean orientation), so all parameters are "
             "equally good; record the motion that the filter is for"
         )
-    if seconds < SHORT:
+    if seconds < SHORT_TIME:
         remarks = [*remarks, f"{name}: {seconds:.0f} s of motion are few; record a minute or more"]
     if turn < CALM:
         remarks = [*remarks, f"{name}: the sensor turns little ({turn:.1f}° RMS), so the minimum is flat"]

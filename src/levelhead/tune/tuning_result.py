@@ -24,7 +24,7 @@ WORTH = 0.03  # of the error, on what was left out: a smaller gain is none
 AT_END = 0.01  # share of a range: so near to its end is at the end
 INWARDS = 0.08  # share of a range from its end, over which the error must fall by so much for the end to matter
 FALLS = 1.01  # times
-MOST = 3  # losses that are listed
+MAX_LOSSES = 3  # losses that are listed
 
 
 def mean_error(errors: Array) -> float:
@@ -192,7 +192,7 @@ class Tuning:
             lines.append(self._keep(name, before, after, changed))
             lines += [
                 f"on {one.part}, left out of the search, {one.measure} got worse: {one.before:.2f}° → {one.after:.2f}°"
-                for one in self.losses[:MOST]
+                for one in self.losses[:MAX_LOSSES]
                 if changed
             ]
         lines.append(self._reference_words())

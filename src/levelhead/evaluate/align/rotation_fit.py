@@ -51,7 +51,7 @@ _MEDIAN_ANGLE = 1.538  # median length of a vector of three standard normal numb
 _ROUNDS = 6
 _STRIDE = 1.0  # s between the two instants of eq. (2)
 _LONGEST_TURN = 2.5  # rad; beyond it the way around may be the other one
-_ALIKE = 0.1  # rad, a difference of the two angles of eq. (2) that halves the weight
+_HALF_WEIGHT_ANGLE = 0.1  # rad, a difference of the two angles of eq. (2) that halves the weight
 _STILL = 1e-6  # rad², less turning than this gives no start
 
 
@@ -120,7 +120,7 @@ def estimate_mounting(when: Array, estimate: Array, reference: Array) -> Array:
     a, b = (rotvec(relative_rotation(quat[:-stride], quat[stride:])) for quat in (estimate, reference))
     long, other = np.linalg.norm(a, axis=1), np.linalg.norm(b, axis=1)
     good = (long < _LONGEST_TURN) & (other < _LONGEST_TURN) & (when[stride:] - when[:-stride] < 3.0 * _STRIDE)
-    weights = good / (1.0 + ((long - other) / _ALIKE) ** 2)
+    weights = good / (1.0 + ((long - other) / _HALF_WEIGHT_ANGLE) ** 2)
     profile = np.einsum("k,ki,kj->ij", weights, a, b)  # Σ a bᵀ: Y is the rotation nearest to it
     if np.trace(profile.T @ profile) < _STILL**2:
         return ONE

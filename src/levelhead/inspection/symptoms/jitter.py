@@ -5,13 +5,13 @@ from collections.abc import Iterator
 import numpy as np
 
 from levelhead.inspection.evidence import RunEvidence
-from levelhead.inspection.spectrum import SLOWEST, SpectralLine, lines, spectrum
+from levelhead.inspection.spectrum import MIN_FREQUENCY, SpectralLine, lines, spectrum
 from levelhead.inspection.symptom import Symptom, SymptomKind
 from levelhead.inspection.symptoms.jump import find_disturbances
 from levelhead.recording import Array
 
 OWN = 0.5  # of the jitter: with less the filter does not make it
-MAX_JITTER = 0.3  # deg rms above SLOWEST; a fast hand has 0.13
+MAX_JITTER = 0.3  # deg rms above MIN_FREQUENCY; a fast hand has 0.13
 PIECE = 256  # samples that are looked at together
 LASTING = 0.2  # share of pieces that must tremble: a jump shakes one or two
 SAME_LINE = 1.5  # Hz between a line of the track and one of a sensor
@@ -20,7 +20,7 @@ SAME_LINE = 1.5  # Hz between a line of the track and one of a sensor
 def find_jitter(evidence: RunEvidence) -> Iterator[Symptom]:
     """Attitude that trembles faster than people move, and the line of a sensor that makes it."""
     rate = evidence.recording.rate
-    pieces = None if rate < 4.0 * SLOWEST else _angle_density(evidence)
+    pieces = None if rate < 4.0 * MIN_FREQUENCY else _angle_density(evidence)
     if pieces is None:
         return
     frequency, power = pieces
@@ -41,10 +41,10 @@ def find_jitter(evidence: RunEvidence) -> Iterator[Symptom]:
             return
     name = evidence.track.name
     beside = float(np.degrees(np.sqrt(np.mean(np.sum(np.diff(evidence.corrections, axis=0) ** 2, axis=1)))))
-    what = f"attitude jitters by {size:.1g}° above {SLOWEST:g} Hz"
+    what = f"attitude jitters by {size:.1g}° above {MIN_FREQUENCY:g} Hz"
     # Independent rotations w of variance beside² add up to an angle whose density is 2 beside²/(r (2 sin πf/r)²) at the
-    # rate r; this is its rms from SLOWEST to r/2.
-    if beside * np.sqrt(1.0 / (2.0 * np.pi * np.tan(np.pi * SLOWEST / rate))) < OWN * size:
+    # rate r; this is its rms from MIN_FREQUENCY to r/2.
+    if beside * np.sqrt(1.0 / (2.0 * np.pi * np.tan(np.pi * MIN_FREQUENCY / rate))) < OWN * size:
         yield Symptom(
             "jitter", size, "deg", what, "shaking",
             f"the gyroscope itself measures it, at no single frequency: {name} turns by {beside:.1g}° rms beside it",
@@ -59,7 +59,7 @@ def find_jitter(evidence: RunEvidence) -> Iterator[Symptom]:
 
 
 def _angle_density(evidence: RunEvidence) -> tuple[Array, Array] | None:
-    """Frequencies in Hz (k,) and density of the angle in rad²/Hz (m, k) above SLOWEST, for pieces of the track.
+    """Frequencies in Hz (k,) and density of the angle in rad²/Hz (m, k) above MIN_FREQUENCY, for pieces of the track.
 
     A difference of the angle between two samples has (2 sin πf/r)² times its density at the rate r. None: it is too
     short for a piece.
@@ -81,7 +81,7 @@ def _angle_density(evidence: RunEvidence) -> tuple[Array, Array] | None:
     frequency: Array = np.asarray(np.fft.rfftfreq(PIECE, 1.0 / rate), dtype=np.float64)
     density = 2.0 * (np.abs(np.fft.rfft(parts, axis=1)) ** 2).sum(axis=2) / (rate * float((window**2).sum()))
     difference = 2.0 * rate * np.sin(np.pi * frequency / rate)
-    power: Array = np.where(frequency > SLOWEST, density / np.maximum(difference**2, 1.0), 0.0)
+    power: Array = np.where(frequency > MIN_FREQUENCY, density / np.maximum(difference**2, 1.0), 0.0)
     return frequency, power
 
 
@@ -94,7 +94,7 @@ def _line_near(values: Array, rate: float, frequency: float) -> SpectralLine | N
 JITTER = SymptomKind(
     name="jitter",
     unit="deg",
-    measure=f"RMS angle above {SLOWEST:g} Hz, in at least a fifth of the log; times of a jump do not count",
+    measure=f"RMS angle above {MIN_FREQUENCY:g} Hz, in at least a fifth of the log; times of a jump do not count",
     bound=f"{MAX_JITTER:g}°",
     absent="does not jitter",
     colour="#CC79A7",

@@ -21,9 +21,9 @@ JOIN = 2.0  # s between two events of one cause that are one
 ISOLATED = 0.3  # of a spike: how much the readings before and after it may differ
 SPIKE = np.radians(1.0)  # rad that a single reading turns the attitude
 AROUND, OUTLYING = 10, 8.0  # samples on either side, and times their median, beyond which a reading is alone
-SHORT = 0.1  # s of a missing gyroscope, which the last rate bridges
+MAX_BRIDGED = 0.1  # s of a missing gyroscope, which the last rate bridges
 LEARNED = 0.5  # deg/s by which the bias changes where it is found late
-NEAR = 3.0  # s before a step, where the bias was that with which it came
+BIAS_TIME = 3.0  # s before a step, where the bias was that with which it came
 OFTEN = 20.0  # % of the samples around a step on which the magnetometer is refused
 HAND_MOTION = 1.0  # m/s² rms: a hand that moves
 
@@ -105,7 +105,7 @@ def find_disturbances(evidence: RunEvidence) -> Iterator[Disturbance]:
         yield Disturbance(first, last, "gyr_stuck", words)
     for first, last in evidence.runs(health.GYR_MISSING):
         length = float(t[min(last, len(t) - 1)] - t[first])
-        if length > SHORT:
+        if length > MAX_BRIDGED:
             yield Disturbance(first, last, "gyr_missing", f"the gyroscope is missing for {length:.2g} s")
     for first, last in evidence.runs(health.GAP):
         yield Disturbance(first, last, "gap", f"there is no sample for {t[first] - t[max(first - 1, 0)]:.2g} s")
@@ -173,7 +173,7 @@ def _steps(evidence: RunEvidence, known: list[Disturbance]) -> Iterator[tuple[fl
 def _causes_of_step(evidence: RunEvidence, row: int) -> Iterator[tuple[str, str]]:
     """Causes of a step without an event, and words for them; the first one counts."""
     t, bias, name = evidence.t, evidence.track.bias, evidence.track.name
-    first, last = (int(one) for one in np.searchsorted(t, [t[row] - NEAR, t[row] + NEAR]))
+    first, last = (int(one) for one in np.searchsorted(t, [t[row] - BIAS_TIME, t[row] + BIAS_TIME]))
     bits = evidence.track.health[first:last]
     if evidence.by_angles and (bits & np.uint32(health.NEAR_VERTICAL)).any():
         yield "near_vertical", f"pitch is near ±90°, where roll and yaw of {name} are not defined"

@@ -13,7 +13,7 @@ from importlib.resources import files
 from levelhead.errors import LevelheadError
 from levelhead.open_types import JsonObject, Untyped
 
-LARGEST = 2**20  # bytes of a message
+MAX_MESSAGE = 2**20  # bytes of a message
 TLS_HANDSHAKE = b"\x16"  # first byte of a TLS connection (RFC 8446, section 5.1)
 TIMEOUT = 10.0  # s that a connection may be silent
 
@@ -94,9 +94,9 @@ class _Handler(BaseHTTPRequestHandler):
         if not self._allowed():
             return
         size = self.headers.get("Content-Length", "")
-        if not size.isdecimal() or int(size) > LARGEST:
+        if not size.isdecimal() or int(size) > MAX_MESSAGE:
             self.close_connection = True
-            self._refuse(413, f"a message has a length of at most {LARGEST} bytes")
+            self._refuse(413, f"a message has a length of at most {MAX_MESSAGE} bytes")
             return
         try:
             message = json.loads(self.rfile.read(int(size)))

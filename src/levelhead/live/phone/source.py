@@ -18,7 +18,7 @@ from levelhead.sample import Sample
 PORT, LAST_PORT = 8443, 65_535
 LOOPBACK = "127.0.0.1"
 PHONE_AXES = AxisMap.parse("y,-x,z")  # x of a phone is right, y up its screen; the body's x is forward, its y left
-DATAGRAM, MOST = 65_535, 1000  # bytes of a datagram, and datagrams of a poll
+DATAGRAM, MAX_DATAGRAMS = 65_535, 1000  # bytes of a datagram, and datagrams of a poll
 ELSEWHERE = ("192.0.2.1", 9)  # an address for documentation (RFC 5737): a UDP socket that connects sends nothing
 
 
@@ -118,7 +118,7 @@ class PhoneSource:
 
     def _read_datagrams(self) -> None:
         assert self._datagrams is not None
-        for _ in range(MOST):
+        for _ in range(MAX_DATAGRAMS):
             try:
                 data, (host, _port) = self._datagrams.recvfrom(DATAGRAM)
             except OSError:

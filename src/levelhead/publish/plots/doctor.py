@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 _COLUMNS = 1500  # of a panel: longer recordings are drawn as what lies between least and most
 _POINTS = 5000  # of the sphere
 _GAP = 5.0  # median intervals
-_LONGEST = 12  # findings that are listed
+_MAX_FINDINGS = 12  # findings that are listed
 _COLOURS = {"broken": VERMILION, "warning": ORANGE, "note": GREY}
 _UNITS = {"gyr": ("gyroscope", "deg/s", 180.0 / np.pi), "acc": ("accelerometer", "m/s²", 1.0)}
 
@@ -148,7 +148,7 @@ def _findings(axes: "Axes", report: Report, wide: bool) -> None:
     """The findings as a list, the worst first."""
     axes.axis("off")
     axes.set_title("findings", loc="left", fontsize=10.5)
-    shown = [*report.findings[: _LONGEST if wide else 9]]
+    shown = [*report.findings[: _MAX_FINDINGS if wide else 9]]
     at = 0.98
     for one in shown:
         words = fill(one.what if wide else one.name.replace("_", " "), 105 if wide else 44)

@@ -12,7 +12,7 @@ from levelhead.recording import Array
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-LEAST = 1e-4  # of what is drawn on a logarithmic axis
+MIN_SHARE = 1e-4  # of what is drawn on a logarithmic axis
 
 
 def pose_picture(found: PoseCalibration, path: str | Path) -> None:
@@ -59,7 +59,7 @@ def _half(axes: "Axes", unit: Array, sign: float, title: str) -> None:
 
 def _pairs(axes: "Axes", values: Array, title: str, ylabel: str, xlabel: str) -> None:
     """Before and after of each, joined by a line."""
-    values = np.maximum(values, LEAST)
+    values = np.maximum(values, MIN_SHARE)
     number = np.arange(1, len(values) + 1)
     axes.vlines(number, values.min(axis=1), values.max(axis=1), color="#CCCCCC", linewidth=1.2)
     for column, colour, label in ((0, style.VERMILION, "before"), (1, style.GREEN, "after")):

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from levelhead.bench.ratios import LEAST, WORSE, Ratio, Ratios, geometric_mean
+from levelhead.bench.ratios import MIN_ERROR, WORSE, Ratio, Ratios, geometric_mean
 from levelhead.publish.plots import style
 
 if TYPE_CHECKING:
@@ -46,4 +46,4 @@ def _panel(axes: "Axes", pair: Ratios) -> None:
 
 
 def _point(one: Ratio) -> tuple[float, float]:
-    return max(one.peer, LEAST), max(one.ours, LEAST)
+    return max(one.peer, MIN_ERROR), max(one.ours, MIN_ERROR)

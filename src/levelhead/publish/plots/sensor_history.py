@@ -10,7 +10,7 @@ from pathlib import Path
 from levelhead.open_types import JsonObject
 from levelhead.publish.plots import style
 
-MOST = 8  # sensors with a panel of their own, those that change most
+MAX_PANELS = 8  # sensors with a panel of their own, those that change most
 DATE = re.compile(r"(?<!\d)(\d{4})-?(\d\d)-?(\d\d)(?!\d)")  # in the name of a recording: 2026-01-31 or 20260131
 
 
@@ -27,7 +27,7 @@ def sensor_picture(histories: Mapping[str, Sequence[JsonObject]], path: str | Pa
     Raises:
         LevelheadError: no matplotlib, or a path that cannot be written.
     """
-    shown = sorted(histories, key=lambda sensor: -_change(histories[sensor]))[:MOST]
+    shown = sorted(histories, key=lambda sensor: -_change(histories[sensor]))[:MAX_PANELS]
     sensors = f"{len(histories)} sensor{'' if len(histories) == 1 else 's'}"
     made = style.figure(9.0, 2.4 * len(shown) + 0.8, f"Gyroscope bias of {sensors} since the first recording, with σ")
     for axes, sensor in zip(made.subplots(len(shown), 1, squeeze=False)[:, 0], shown, strict=True):

@@ -11,10 +11,10 @@ from levelhead.publish.plots.chart import draw
 from levelhead.publish.plots.picture import Band, Line, Panel, Picture
 
 COLUMNS = 3
-LEAST, ROOM = 5.0, 1.15  # deg that an axis shows at least; times the first filter's largest error, at most
+MIN_RANGE, ROOM = 5.0, 1.15  # deg that an axis shows at least; times the first filter's largest error, at most
 BEFORE = 5.0  # s of the time before the first fault
 PANEL_HEIGHT = 1.55  # inches
-LONGEST = 16  # letters of a label beside a panel
+MAX_LABEL = 16  # letters of a label beside a panel
 
 
 def stress_picture(result: Stress, path: str | Path) -> None:
@@ -38,12 +38,12 @@ def stress_picture(result: Stress, path: str | Path) -> None:
 
 def short(method: str) -> str:
     """The name of a filter for a label beside panels, without its parameters where they have no room."""
-    return method if len(method) <= LONGEST else f"{method.partition('(')[0]}(…)"
+    return method if len(method) <= MAX_LABEL else f"{method.partition('(')[0]}(…)"
 
 
 def _panel(responses: list[FaultResponse], begin: float, duration: float, labelled: bool) -> Panel:
     fault, first = responses[0].fault, responses[0]
-    top = max(LEAST, ROOM * float(np.nanmax(first.error, initial=0.0)))
+    top = max(MIN_RANGE, ROOM * float(np.nanmax(first.error, initial=0.0)))
     start, length = fault.start or 0.0, fault.length or 0.0
     span = np.array([start, min(start + length, duration)])
     lasting = Band(span, np.zeros(2), np.full(2, top), style.GREY, 0.2, "fault" if labelled else "")

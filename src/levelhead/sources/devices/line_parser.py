@@ -25,12 +25,12 @@ from levelhead.sources.interpret.raw_counts import DEFAULT_SCALES, mpu6050_scale
 from levelhead.sources.interpret.roles import assign
 from levelhead.sources.table import ArrayTable
 
-LOOK = 20  # lines of numbers by which units are judged
+UNIT_LINES = 20  # lines of numbers by which units are judged
 SHOWN = 60  # letters of a line in a sentence
-LONGEST = 4096  # bytes of a line; more without an end is no text
-SHORTEST = 1e-3  # s between two samples, at least
+MAX_BYTES = 4096  # bytes of a line; more without an end is no text
+MIN_INTERVAL = 1e-3  # s between two samples, at least
 UNDERSTOOD = 0.5  # s from the first line, after which it is said what is still missing
-FEWEST = 6  # numbers of a gyroscope and an accelerometer
+MIN_NUMBERS = 6  # numbers of a gyroscope and an accelerometer
 PATIENCE = 200  # lines that make no sense, before it is said that none does
 
 
@@ -102,7 +102,7 @@ class LineParser:
         if self.known:
             return self._samples([(text, at)])
         self._seen.append((text, at))
-        if len(self._seen) < LOOK:
+        if len(self._seen) < UNIT_LINES:
             return []
         if not self._learn():
             self._seen = self._seen[-PATIENCE:]
@@ -115,14 +115,14 @@ class LineParser:
         """What arrives and what is missing, where lines come and make no sample by host time ``at``; each said once."""
         if self.known or not self._seen or at - self._seen[0][1] < UNDERSTOOD:
             return ""
-        waits = "lines" if len(self._seen) < LOOK else "names"
+        waits = "lines" if len(self._seen) < UNIT_LINES else "names"
         last = self._seen[-1][0]
         named = self._named is not flatten_line or last.startswith("{")
         if waits == self._waits or (waits == "names" and named):
             return ""
         self._waits = waits
         if waits == "lines":
-            return f"{self.source} has sent {len(self._seen)} lines so far; columns and units need {LOOK}"
+            return f"{self.source} has sent {len(self._seen)} lines so far; columns and units need {UNIT_LINES}"
         return (
             f"{self.source} sends lines such as '{last[:SHOWN]}', and none that names the columns; reset the device if "
             f"it prints a header when it starts{self._or_name(self._alike())}"
@@ -211,7 +211,7 @@ class LineParser:
         elif labelled.looks_labelled(lines):
             self._named = labelled.parse
             self._names = tuple(dict.fromkeys(name for text in lines[1:] for name in labelled.parse(text)))
-            if sum(1 for _ in labelled.records(lines)) < LOOK // 2 + 1 and len(lines) < PATIENCE:
+            if sum(1 for _ in labelled.records(lines)) < UNIT_LINES // 2 + 1 and len(lines) < PATIENCE:
                 return False
         else:
             self._layout = self._laid_out()
@@ -226,7 +226,7 @@ class LineParser:
                 continue
             rows += [] if numbers is None else [StampedLine(numbers, at)]
         self._part = {}
-        if len(rows) < LOOK // 2:
+        if len(rows) < UNIT_LINES // 2:
             if len(self._seen) >= PATIENCE:
                 raise LevelheadError(
                     f"{self.source}: of {len(self._seen)} lines, {len(rows)} are {len(self._names)} numbers; "
@@ -250,7 +250,7 @@ class LineParser:
         if len(self._seen) < PATIENCE:
             return None
         width = len(layout.names)
-        if width < FEWEST:
+        if width < MIN_NUMBERS:
             raise LevelheadError(
                 f"{self.source} sends {width} number{'s' * (width > 1)} per line; expected a gyroscope and an "
                 "accelerometer of three axes each, with a header that names them, or words before the numbers"
@@ -270,7 +270,7 @@ class LineParser:
     def _or_name(self, lines: Sequence[str]) -> str:
         """The end of a sentence on lines without a header: how to name their columns, if there are enough."""
         width = len(layout_of(lines, self.source).names)
-        if width < FEWEST:
+        if width < MIN_NUMBERS:
             return f"; six numbers are needed, of gyroscope and accelerometer, and a line holds {width}"
         return f", or name them{self._how(lines)}"
 
@@ -308,7 +308,7 @@ class LineParser:
 
     def _stamp_rows(self, arrays: ReadOnlyJson, rows: Sequence[StampedLine], hints: Hints) -> tuple[JsonObject, Hints]:
         # Lines come in bursts; samples are taken evenly.
-        stamps = np.linspace(0.0, max(rows[-1].at - rows[0].at, SHORTEST * len(rows)), len(rows))
+        stamps = np.linspace(0.0, max(rows[-1].at - rows[0].at, MIN_INTERVAL * len(rows)), len(rows))
         return {"host_time_s": stamps, **arrays}, Hints({**hints.map, "t": ["host_time_s"]}, hints.scale)
 
 

@@ -8,7 +8,7 @@ from levelhead.errors import LevelheadError
 from levelhead.open_types import Untyped
 from levelhead.sample import Sample
 from levelhead.sources.devices.fine_stamps import FineStamps
-from levelhead.sources.devices.line_parser import LONGEST, LineParser
+from levelhead.sources.devices.line_parser import MAX_BYTES, LineParser
 from levelhead.sources.hints import Hints
 from levelhead.sources.sensors.bus import SensorError
 from levelhead.sources.sensors.sample_clock import SampleClock
@@ -108,7 +108,7 @@ class SerialLines:
             return []
         at = self._clock()
         *lines, self._rest = (self._rest + data).split(b"\n")
-        if len(self._rest) > LONGEST:
+        if len(self._rest) > MAX_BYTES:
             self._rest = b""
             self._lines.garbage += 1
         samples: list[Sample] = []

@@ -7,9 +7,9 @@ from typing import IO, NamedTuple
 
 from levelhead.errors import LevelheadError
 
-MOST_FILES = 400
-MOST_BYTES = 4 << 30  # unpacked, of all members together
-MOST_RATIO = 300  # unpacked to packed, of one member of 1 MiB or more: beyond it is a bomb
+MAX_FILES = 400
+MAX_BYTES = 4 << 30  # unpacked, of all members together
+MAX_RATIO = 300  # unpacked to packed, of one member of 1 MiB or more: beyond it is a bomb
 DEPTH = 3  # folders in folders
 
 
@@ -52,8 +52,8 @@ def _in_folder(path: Path, suffixes: frozenset[str]) -> list[Member]:
             continue
         if file.is_file() and file.suffix.lower() in suffixes:
             found.append(Member(file, str(inner.with_suffix("")), str(file)))
-        if len(found) > MOST_FILES:
-            raise LevelheadError(f"{path} is a folder with more than {MOST_FILES} files; name one of them")
+        if len(found) > MAX_FILES:
+            raise LevelheadError(f"{path} is a folder with more than {MAX_FILES} files; name one of them")
     if not found:
         raise LevelheadError(f"{path} is a folder without a file that levelhead reads; expected one per sensor, or one")
     return found
@@ -72,12 +72,12 @@ def _unzip(path: Path, folder: Path, suffixes: frozenset[str]) -> list[Member]:
                 if info.is_dir() or hidden or inner.suffix.lower() not in suffixes:
                     continue
                 total += info.file_size
-                if len(found) >= MOST_FILES or total > MOST_BYTES:
+                if len(found) >= MAX_FILES or total > MAX_BYTES:
                     raise LevelheadError(
-                        f"{path} holds more than {MOST_FILES} files or {MOST_BYTES >> 30} GiB; unpack it"
+                        f"{path} holds more than {MAX_FILES} files or {MAX_BYTES >> 30} GiB; unpack it"
                     )
-                if info.file_size > max(1 << 20, MOST_RATIO * info.compress_size):
-                    raise LevelheadError(f"{path}: {info.filename} would grow {MOST_RATIO}-fold; it is not unpacked")
+                if info.file_size > max(1 << 20, MAX_RATIO * info.compress_size):
+                    raise LevelheadError(f"{path}: {info.filename} would grow {MAX_RATIO}-fold; it is not unpacked")
                 target = folder / f"{i}{inner.suffix.lower()}"  # never a path of the archive's choice
                 with archive.open(info) as packed, open(target, "wb") as file:
                     _copy(packed, file, info.file_size, path)
@@ -99,7 +99,7 @@ def _gunzip(path: Path, folder: Path) -> Member:
     target = folder / f"0{Path(path.stem).suffix.lower() or '.txt'}"
     try:
         with gzip.open(path) as packed, open(target, "wb") as file:
-            _copy(packed, file, MOST_BYTES, path)  # type: ignore[arg-type]
+            _copy(packed, file, MAX_BYTES, path)  # type: ignore[arg-type]
     except (OSError, EOFError) as error:
         raise LevelheadError(f"{path} is not packed with gzip, or it is damaged") from error
     return Member(target, Path(path.stem).stem, str(path))

@@ -26,7 +26,7 @@ _TYPES = {
 }  # fmt: skip
 _NESTED = b"\0"
 _DEEPEST = 6
-_MOST_BOX = 1 << 26  # bytes of the table of a track
+_MAX_BOX = 1 << 26  # bytes of the table of a track
 
 
 class Payload(NamedTuple):
@@ -131,7 +131,7 @@ def _leaves(file: BinaryIO, begin: int, end: int, depth: int) -> Iterator[tuple[
     for kind, inner, stop in _boxes(file, begin, end):
         if kind in _PARENTS and depth < _DEEPEST:
             yield from _leaves(file, inner, stop, depth + 1)
-        elif stop - inner < _MOST_BOX:
+        elif stop - inner < _MAX_BOX:
             file.seek(inner)
             yield kind, file.read(stop - inner)
 

@@ -14,7 +14,7 @@ from levelhead.sources.table import ArrayTable
 
 _FORCE, _RATE = slice(11, 14), slice(17, 20)  # ax ay az, wx wy wz: forward, left, up
 _WIDTH = 30
-_MOST = 1_000_000  # samples
+_MAX_SAMPLES = 1_000_000  # samples
 
 
 def is_oxts(folder: Path) -> bool:
@@ -28,7 +28,7 @@ def oxts_table(folder: Path) -> ArrayTable:
     Raises:
         LevelheadError: a file without its 30 numbers, or another number of stamps than of files.
     """
-    files = sorted((folder / "data").glob("*.txt"))[:_MOST]
+    files = sorted((folder / "data").glob("*.txt"))[:_MAX_SAMPLES]
     stamps = [line for line in (folder / "timestamps.txt").read_text("utf-8", "replace").split("\n") if line.strip()]
     if len(stamps) != len(files):
         raise LevelheadError(f"{folder}: timestamps.txt has {len(stamps)} lines, but data has {len(files)} files")

@@ -14,7 +14,7 @@ _FORMATS = {
     "bool": "?", "byte": "B", "char": "B", "int8": "b", "uint8": "B", "int16": "h", "uint16": "H", "int32": "i",
     "uint32": "I", "int64": "q", "uint64": "Q", "float32": "f", "float64": "d",
 }  # fmt: skip
-_LARGEST = 16  # numbers of an array that become columns: more are covariances, images, clouds
+_MAX_ARRAY = 16  # numbers of an array that become columns: more are covariances, images, clouds
 _DEEPEST = 12
 _AXES = {3: "xyz", 4: "xyzw"}
 Definitions = Mapping[str, tuple[Any, Any]]  # type to (constants, fields), as rosbags parses them
@@ -77,7 +77,7 @@ class _Reader:
     def _items(
         self, node: str, kind: Untyped, count: int, path: str, kept: bool, depth: int
     ) -> Iterator[tuple[str, float]]:
-        if node == "BASE" and kind[0] in _FORMATS and count > _LARGEST:
+        if node == "BASE" and kind[0] in _FORMATS and count > _MAX_ARRAY:
             size = struct.calcsize(_FORMATS[kind[0]])
             self._align(size)
             self._at += size * count
@@ -87,7 +87,7 @@ class _Reader:
         letters = _AXES.get(count) if node == "BASE" else None
         for k in range(count):
             inner = f"{path}.{letters[k]}" if letters else f"{path}[{k}]"
-            yield from self._member(node, kind, inner, kept and k < _LARGEST, depth + 1)
+            yield from self._member(node, kind, inner, kept and k < _MAX_ARRAY, depth + 1)
 
     def _base(self, kind: str) -> float | None:
         """A number; None for text, which is passed over."""

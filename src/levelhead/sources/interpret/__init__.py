@@ -16,7 +16,7 @@ from levelhead.sources.conclusion import Basis, Conclusion
 from levelhead.sources.hints import MEANING, Hints, Scale
 from levelhead.sources.interpret.accelerometer import GyroscopeRows, acc_scale
 from levelhead.sources.interpret.choice import choose_columns
-from levelhead.sources.interpret.clock import FEWEST, LARGEST_LOSS, SHORTEST, FoundClock, apply_clock, find_clock
+from levelhead.sources.interpret.clock import MAX_LOSS, MIN_DURATION, MIN_ROWS, FoundClock, apply_clock, find_clock
 from levelhead.sources.interpret.declared import Evidence, declared_scale
 from levelhead.sources.interpret.gyroscope import gyr_scale
 from levelhead.sources.interpret.interleaved_rows import count_interleaved
@@ -29,7 +29,7 @@ from levelhead.sources.interpretation import RELATIVE_SCALE, SENSORS, Interpreta
 from levelhead.sources.names.column_name import RELATIVE
 from levelhead.sources.table import Column, Table, stack
 
-SLOWEST = 0.75  # s between complete samples; at half a turn a second, 135 degrees lie between them
+MAX_INTERVAL = 0.75  # s between complete samples; at half a turn a second, 135 degrees lie between them
 RARE = 0.05  # share of complete rows below which a log is refused
 
 
@@ -210,7 +210,7 @@ def _complete_rows(table: Table, roles: Roles, clock: FoundClock, columns: Mappi
     """The rows that the clock keeps; those with a gyroscope, where gyroscope and accelerometer stand on other rows.
 
     Raises:
-        LevelheadError: complete samples are rarer than ``SLOWEST``, or few are left of the rows.
+        LevelheadError: complete samples are rarer than ``MAX_INTERVAL``, or few are left of the rows.
     """
     if clock.rows is not None:
         columns = {i: column[clock.rows] for i, column in columns.items()}
@@ -220,13 +220,13 @@ def _complete_rows(table: Table, roles: Roles, clock: FoundClock, columns: Mappi
     if len(t) > 20 and both.mean() < 0.2 and min(float(gyr.mean()), float(acc.mean())) > 0.15:
         return Readings(*_set_to_gyroscope(t, columns, roles.columns["gyr"], roles.columns["acc"]), True)
     complete = t[both]
-    lost = len(t) - complete.size > LARGEST_LOSS * len(t)
-    few = complete.size < FEWEST or float(complete[-1] - complete[0]) < SHORTEST
-    if len(t) > FEWEST and ((lost and few) or both.mean() < RARE or median(np.diff(complete)) > SLOWEST):
+    lost = len(t) - complete.size > MAX_LOSS * len(t)
+    few = complete.size < MIN_ROWS or float(complete[-1] - complete[0]) < MIN_DURATION
+    if len(t) > MIN_ROWS and ((lost and few) or both.mean() < RARE or median(np.diff(complete)) > MAX_INTERVAL):
         every = f"one every {median(np.diff(complete)):.2g} s" if len(complete) > 2 else f"{len(complete)} in all"
         raise LevelheadError(
             f"{table.source} has too few samples in which gyroscope and accelerometer are both there: {every} "
-            f"({int(both.sum())} of {len(both)} rows); expected one every {SLOWEST:g} s or more often"
+            f"({int(both.sum())} of {len(both)} rows); expected one every {MAX_INTERVAL:g} s or more often"
         )
     return Readings(t, columns)
 

@@ -28,10 +28,10 @@ from levelhead.sources.names.vendors import find_vendor
 from levelhead.sources.table import Table
 from levelhead.units import GRAVITY
 
-SHORTEST = 0.6  # of the units in use g is the largest, and gravity is 1 of it
+MIN_UNIT = 0.6  # of the units in use g is the largest, and gravity is 1 of it
 _FULL_SCALES = (1 / 2, 1 / 4, 1 / 8, 1 / 16)  # what gravity is in shares of ±2, 4, 8, 16 g
-_NEAR = 0.05  # by which a length may differ from one of them
-LEAST_GRAVITY = 0.35  # of the median length: a shorter mean, and no usual length, is an accelerometer without gravity
+_MAX_DEVIATION = 0.05  # by which a length may differ from one of them
+MIN_GRAVITY = 0.35  # of the median length: a shorter mean, and no usual length, is an accelerometer without gravity
 LEFT_OF_LINEAR = 0.55  # g, of the mean force; linear acceleration leaves up to 0.49, gravity 0.80 and more
 _HURRIED = (1.4, 3.0)  # usual lengths, in g, of the specific force on a runner
 _UNEVEN = 0.7  # shares of the usual length between its deciles: 0.9 and more on runners, 0.5 on drones and swung arms
@@ -100,7 +100,7 @@ def acc_scale(
         return scale
     if without_gravity(values):
         raise _no_gravity(table, values, norm)
-    if norm < SHORTEST and min(abs(norm / share - 1.0) for share in _FULL_SCALES) > _NEAR:
+    if norm < MIN_UNIT and min(abs(norm / share - 1.0) for share in _FULL_SCALES) > _MAX_DEVIATION:
         raise _no_gravity(table, values, norm)
     raise _of_no_unit(values, norm, table)
 
@@ -226,13 +226,13 @@ def without_gravity(values: Array) -> bool:
     if len(finite) < 10 or not norm > 0.0:
         return False
     parts = np.array_split(finite, 10)
-    short = sum(float(np.linalg.norm(part.mean(axis=0))) < LEAST_GRAVITY * norm for part in parts)
-    return short > 5 and float(np.linalg.norm(finite.mean(axis=0))) < LEAST_GRAVITY * norm
+    short = sum(float(np.linalg.norm(part.mean(axis=0))) < MIN_GRAVITY * norm for part in parts)
+    return short > 5 and float(np.linalg.norm(finite.mean(axis=0))) < MIN_GRAVITY * norm
 
 
 def lacks_gravity(values: Array) -> bool:
     """Whether (n, 3) ``values`` are without gravity, or shorter than it in any unit: linear acceleration at rest."""
-    return without_gravity(values) or median_norm(values) < SHORTEST
+    return without_gravity(values) or median_norm(values) < MIN_UNIT
 
 
 def _no_gravity(table: Table, values: Array, norm: float) -> GravityRemoved:

@@ -23,10 +23,10 @@ import numpy as np
 from levelhead.recording import Array, median
 from levelhead.sources.interpret.regular_grid import SampleGrid, find_grid, refine_grid
 
-_FEWEST = 256  # rows of a stretch
+_MIN_ROWS = 256  # rows of a stretch
 _UNEVEN = 0.2  # of the median interval, between the 1st and the 99th percentile of intervals; less is even
 _PAUSE, _PAUSE_ROWS = 1.0, 32.0  # s, and intervals: a longer step parts stretches, each with a grid of its own
-_LEAST = 0.08  # of the interval, rms of the latency; with less the stamps are good enough
+_MIN_LATENCY = 0.08  # of the interval, rms of the latency; with less the stamps are good enough
 _SPAN = 32  # intervals whose sum is compared with one
 _BOUNDED = _SPAN**-0.5  # the geometric mean of 1 and 1/m, below which sums are bounded
 _ROUGHLY = 0.3  # the same while losses are misplaced; with all right it is 0.11 at most, of a walk 0.6 at least
@@ -35,10 +35,10 @@ _LOST = 0.2  # share of samples lost, beyond which the stamps say nothing of a g
 _SPLITS = 4  # times that a stretch is split where its rate may change
 _CERTAIN = 10.0  # logarithm of the likelihood ratio
 _MIXED = 0.25  # β from which the readings themselves are partly late
-_MOST = 0.8  # of the rows lie on a grid, or the sensor is not regular
+_MIN_ON_GRID = 0.8  # of the rows lie on a grid, or the sensor is not regular
 _READINGS = 400_000  # rows that are compared, at most
 _PROBES, _PROBE = 8, 4096  # parts of a long log that are looked at first, and their rows
-_LEAST_STEP = 0.2  # of an interval, between stamps where two grids meet
+_MIN_STEP = 0.2  # of an interval, between stamps where two grids meet
 
 
 class Restored(NamedTuple):
@@ -76,7 +76,7 @@ def restore_clock(t: Array, values: Array | None) -> Restored | None:
 
     ``values`` (n, k) are the readings beside them; without them nothing is known, and None is returned.
     """
-    if values is None or len(t) < _FEWEST:
+    if values is None or len(t) < _MIN_ROWS:
         return None
     steps = np.diff(t)
     low, high = np.quantile(steps, [0.01, 0.99])
@@ -89,7 +89,7 @@ def restore_clock(t: Array, values: Array | None) -> Restored | None:
     stretches: list[_Stretch] = []
     for begin, end in zip([0, *edges.tolist()], [*edges.tolist(), len(t)], strict=True):
         stretches += _bounded(t, begin, end, _SPLITS)
-    if sum(one.end - one.begin for one in stretches) < _MOST * len(t) or not _only_stamps_are_late(
+    if sum(one.end - one.begin for one in stretches) < _MIN_ON_GRID * len(t) or not _only_stamps_are_late(
         t, values, stretches
     ):
         return None
@@ -105,14 +105,14 @@ def _is_worth_it(t: Array) -> bool:
 
 def _bounded(t: Array, begin: int, end: int, splits: int) -> list[_Stretch]:
     """The parts of the rows from ``begin`` to ``end`` whose stamps stay within bounds of a grid."""
-    if end - begin < _FEWEST:
+    if end - begin < _MIN_ROWS:
         return []
     grid = find_grid(t[begin:end])
     if _variance_ratio(grid) < _ROUGHLY:
         grid = refine_grid(t[begin:end], grid)
         if _is_bounded(grid):
             return [_Stretch(begin, end, grid)]
-    if splits == 0 or end - begin < 2 * _FEWEST:
+    if splits == 0 or end - begin < 2 * _MIN_ROWS:
         return []
     row = begin + _change(t[begin:end])
     return _bounded(t, begin, row, splits - 1) + _bounded(t, row, end, splits - 1)
@@ -131,7 +131,7 @@ def _is_bounded(grid: SampleGrid) -> bool:
     n = len(grid.late)
     if not (np.diff(grid.t) > 0.0).all() or grid.number[-1] + 1 - n > _LOST * n:
         return False
-    if float((grid.late * grid.late).mean()) < (_LEAST * grid.period) ** 2:
+    if float((grid.late * grid.late).mean()) < (_MIN_LATENCY * grid.period) ** 2:
         return False
     sigma = (2.0 * (2.0 * _SPAN - 1.0) * (_SPAN - 1.0) / (3.0 * _SPAN * n)) ** 0.5
     limit: float = min(_BOUNDED, 1.0 - _NULL_SIGMA * sigma)
@@ -143,7 +143,7 @@ def _change(t: Array) -> int:
     n = len(t)
     x = np.arange(n, dtype=np.float64) - 0.5 * n
     y = t - t[0] - np.polyval(np.polyfit(x, t - t[0], 1), x)
-    rows = np.arange(_FEWEST, n - _FEWEST + 1)
+    rows = np.arange(_MIN_ROWS, n - _MIN_ROWS + 1)
     sums = [np.concatenate([[0.0], np.cumsum(one)]) for one in (np.ones(n), x, y, x * x, x * y, y * y)]
     error = np.zeros(len(rows))
     slopes, means = [], []
@@ -157,7 +157,7 @@ def _change(t: Array) -> int:
     bend = float(slopes[0][best] - slopes[1][best])
     if bend != 0.0:  # where the lines meet, so that no interval is lost between them
         meet = float(means[1][best] - means[0][best]) / bend + 0.5 * n
-        if abs(meet - rows[best]) < 0.25 * _FEWEST:
+        if abs(meet - rows[best]) < 0.25 * _MIN_ROWS:
             return int(np.clip(np.ceil(meet), rows[0], rows[-1]))
     return int(rows[best])
 
@@ -169,7 +169,7 @@ def _only_stamps_are_late(t: Array, values: Array, stretches: list[_Stretch]) ->
     for begin, end, grid in stretches:
         count = min(end - begin, left)
         left -= count
-        if count < _FEWEST:
+        if count < _MIN_ROWS:
             break
         late = grid.late[:count]
         whole = np.diff(grid.number[:count]) == 1
@@ -194,7 +194,7 @@ def _regress(x: Array, late: Array, inner: np.ndarray) -> _Sums:
     near, far = 0.5 * (x[3:-1] - x[1:-3]), 0.25 * (x[4:] - x[:-4])
     use = inner & np.isfinite(residual) & np.isfinite(near + far)
     residual, delta, near, far = residual[use], delta[use], near[use], far[use]
-    if len(residual) < _FEWEST // 2:
+    if len(residual) < _MIN_ROWS // 2:
         return _Sums(0.0, 0.0, 0.0)
     instrument, size = far * delta, near * delta
     cross, square = float(instrument @ residual), float(instrument @ size)
@@ -215,7 +215,7 @@ def _join(t: Array, stretches: list[_Stretch]) -> Restored | None:
         made[begin:end] = grid.t
     for begin, end, grid in stretches:
         around = np.diff(made[max(begin - 1, 0) : begin + 1]), np.diff(made[end - 1 : end + 1])
-        if any((one < _LEAST_STEP * grid.period).any() for one in around):
+        if any((one < _MIN_STEP * grid.period).any() for one in around):
             return None
     late = np.concatenate([one.grid.late for one in stretches])
     lost = sum(int(one.grid.number[-1]) + 1 - len(one.grid.number) for one in stretches)

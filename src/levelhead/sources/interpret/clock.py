@@ -29,7 +29,7 @@ from levelhead.sources.table import Column, Table, stack
 MERGED = {("clock", "merged"), ("rows", "outside_overlap")}
 ARRIVAL = "arrival"
 _REPAIRS = {"t.rows", "t.stamps", "t.session"}
-LARGEST_LOSS, SHORTEST, FEWEST = 0.1, 1.0, 10  # of the rows; s, rows
+MAX_LOSS, MIN_DURATION, MIN_ROWS = 0.1, 1.0, 10  # of the rows; s, rows
 _NEARLY_MS = 700.0  # Hz from which a stamp that counts 1 a row may well be milliseconds
 
 
@@ -96,11 +96,11 @@ def _refuse_loss(clock: Clock, count: int, table: Table, name: str) -> None:
     """
     reasons = {one.reason for one in clock.conclusions if one.about in ("t.rows", "t.session")}
     left, span = len(clock.t), float(clock.t[-1] - clock.t[0])
-    lost = count - left > LARGEST_LOSS * count
+    lost = count - left > MAX_LOSS * count
     if (
         not lost
         or any(one.about == "t.session" for one in clock.conclusions)
-        or (reasons == {"repeated"} and span >= SHORTEST and left >= FEWEST)
+        or (reasons == {"repeated"} and span >= MIN_DURATION and left >= MIN_ROWS)
     ):
         return
     raise NeedsHints(
@@ -168,7 +168,7 @@ def _rows_at_rate(table: Table, roles: Roles, hints: Hints, columns: Mapping[int
             f"{table.source} has no column with time stamps; expected such as 't' or 'time_ms', or the hint map t=…, "
             f"or the hint rate=… in Hz"
         )
-        if n < guess * SHORTEST:
+        if n < guess * MIN_DURATION:
             raise LevelheadError(f"{sentence}; it has {n} rows, which are less than a second at {guess:g} Hz")
         raise NeedsHints(f"{sentence}{words}", rate=guess)
     reason, basis = ("file", Basis.HEADER) if hints.rate is None else ("hint", Basis.HINT)

@@ -20,13 +20,13 @@ from levelhead.sources.table import Column, Table
 _EPOCH = (0.9e9, 4.2e9)  # seconds since 1970 that lie between 1998 and 2103
 _LONGEST_UPTIME = 1e8  # seconds; stamps beyond it count from some date, not from the start of the sensor
 _SLOWEST_MEDIAN = {"s": 0.25, "ms": 250.0, "us": 250e3, "ns": 250e6}  # 4 Hz
-_NEAR = 0.25  # by which the rate of a guessed unit may differ from the rate that the file gives
+_MAX_RATE_ERROR = 0.25  # by which the rate of a guessed unit may differ from the rate that the file gives
 _POOR = re.compile(
     r"unfilt|pred|server|recv|receiv|arriv|host|wall|utc|gps|raw|system|local|log|date|iso|packet|tick", re.I
 )
 _FAST = 2e-3  # s; a shorter interval could as well be a slow one in a larger unit
-_SHORTEST, _LONGEST = 2.5e-5, 100.0  # s; no IMU is read at more than 40 kHz, nor less than once in 100 s
-_FEW = 20  # rows below which nothing is repaired
+_MIN_INTERVAL, _MAX_INTERVAL = 2.5e-5, 100.0  # s; no IMU is read at more than 40 kHz, nor less than once in 100 s
+_MIN_ROWS = 20  # rows below which nothing is repaired
 _STALE, _ALONE = 3, 100.0  # rows that may stand alone at the start; usual intervals between them and the others
 _MISSING_SHARE = 0.01  # of the rows, at most, that may lack a stamp and are left out
 
@@ -201,7 +201,7 @@ def _repaired(stamps: Column, table: Table, name: str, values: Array | None, ses
         if session not in (None, 1):
             raise LevelheadError(f"{table.source} has one session, not session {session}")
         return Repair(stamps)
-    if len(stamps) < _FEW:
+    if len(stamps) < _MIN_ROWS:
         _refuse(stamps, table, name)
     repaired = repair_stamps(stamps, values, session)
     if len(repaired.stamps) > 1 and not (repaired.stamps[1:] > repaired.stamps[:-1]).all():
@@ -226,7 +226,7 @@ def restore(clock: Clock, name: str, values: Array | None) -> Clock:
 
 def _stale_rows(stamps: Column) -> int:
     """How many rows stand alone at the start, a long time before all others: offsets, a reading that was left over."""
-    if len(stamps) < _FEW:
+    if len(stamps) < _MIN_ROWS:
         return 0
     usual = median(np.diff(stamps[_STALE:]))
     jumps = np.flatnonzero(np.abs(np.diff(stamps[: _STALE + 1])) > _ALONE * usual)
@@ -238,7 +238,7 @@ def _plausible(stamps: Column, declared: str, name: str, found: list[Conclusion]
     step = _interval(stamps)
     factor = units.factor("time", declared)
     other = guess_unit(stamps)
-    if step == 0.0 or _SHORTEST < step * factor < _LONGEST or units.factor("time", other) == factor:
+    if step == 0.0 or _MIN_INTERVAL < step * factor < _MAX_INTERVAL or units.factor("time", other) == factor:
         return declared
     facts = {"declared": declared, "taken": other, "column": name, "step": step, "rate": 1.0 / (step * factor)}
     found.append(Conclusion("t.unit", "against_header", other, Basis.GUESS, facts, {"units": {"t": other}}))
@@ -255,7 +255,7 @@ def _infer_unit(stamps: Column, table: Table, name: str) -> tuple[Scale | str, C
     unit = guess_unit(stamps)
     if table.rate is not None and step > 0.0:
         guessed = 1.0 / (step * units.factor("time", unit))
-        if abs(guessed / table.rate - 1.0) > _NEAR:
+        if abs(guessed / table.rate - 1.0) > _MAX_RATE_ERROR:
             ticks = step * table.rate
             scale = Scale(1.0, f"ticks of 1/{ticks:.6g} s", ticks)
             facts = {"column": name, "step": step, "rate": table.rate, "ticks": ticks}

@@ -16,11 +16,11 @@ from levelhead.sources.interpret.roles import Roles
 from levelhead.sources.names.column_name import split, unit_in
 from levelhead.sources.table import Column, Table, words_of
 
-MOST = 64  # columns that are looked at
-FEW = 20  # rows below which nothing is concluded
+MAX_COLUMNS = 64  # columns that are looked at
+MIN_ROWS = 20  # rows below which nothing is concluded
 FORWARD, EVEN = 0.999, 1.0  # share of steps that go on; spread of the steps, in usual ones
 RATES = (4.0, 10_000.0)  # Hz, between which a clock is believed
-NEAR = 0.2  # by which the rate of a clock without unit may differ from that of gravity's turn
+MAX_RATE_ERROR = 0.2  # by which the rate of a clock without unit may differ from that of gravity's turn
 COUNTERS = {
     "packet",
     "counter",
@@ -46,7 +46,7 @@ def with_clock(table: Table, roles: Roles, columns: Mapping[int, Column]) -> tup
     """
     found = dict(columns)
     used = {i for positions in roles.columns.values() for i in positions}
-    free = [i for i in range(len(table.names)) if i not in used | words_of(table)][:MOST]
+    free = [i for i in range(len(table.names)) if i not in used | words_of(table)][:MAX_COLUMNS]
     known: list[float | None] = []  # the rate of gravity's turn, worked out when it is asked for
     for i in free:
         try:
@@ -59,7 +59,10 @@ def with_clock(table: Table, roles: Roles, columns: Mapping[int, Column]) -> tup
             continue
         if said is None:
             known = known or [rate_of_turn(roles, columns)]
-            if known[0] is None or abs(math.log(known[0] * step * units.factor("time", guess_unit(stamps)))) > NEAR:
+            if (
+                known[0] is None
+                or abs(math.log(known[0] * step * units.factor("time", guess_unit(stamps)))) > MAX_RATE_ERROR
+            ):
                 continue
         elif not RATES[0] <= 1.0 / (step * units.factor("time", said)) <= RATES[1]:
             continue
@@ -77,7 +80,7 @@ def with_clock(table: Table, roles: Roles, columns: Mapping[int, Column]) -> tup
 
 def _even_step(stamps: Column) -> float:
     """The step of stamps that increase by about one; 0 if they do not, or count the rows."""
-    if len(stamps) < FEW or not np.isfinite(stamps).all():
+    if len(stamps) < MIN_ROWS or not np.isfinite(stamps).all():
         return 0.0
     steps = np.diff(stamps).astype(np.float64)
     usual = median(steps)

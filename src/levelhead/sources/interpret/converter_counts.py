@@ -17,10 +17,10 @@ from levelhead.sources.table import ArrayTable, stack
 from levelhead.units import GRAVITY
 
 ROUND = 0.3  # median deviation from the sphere, as a share of its radius, at most
-SURE = 0.8  # correlation of gravity's turn with the gyroscope's
+MIN_CORRELATION = 0.8  # correlation of gravity's turn with the gyroscope's
 STILL = 0.05  # share of the radius by which the acceleration varies in half a second of rest
 CLEAN = 0.15  # median deviation from a sphere that noise about one point does not reach
-FAR = 1.5  # radii from which a middle is not 0
+MIN_OFFSET = 1.5  # radii from which a middle is not 0
 WINDOW = 50  # rows
 
 
@@ -50,7 +50,7 @@ def with_sensors(table: ArrayTable, positions: Sequence[int], time: int) -> Arra
     assert sphere is not None
     acc, gyr = (parts[which] - sphere.middle) / sphere.radius, parts[1 - which]
     gyr = gyr - _at_rest(acc, gyr)
-    best: tuple[float, tuple[int, ...], tuple[float, ...], float] = (SURE, (), (), 0.0)
+    best: tuple[float, tuple[int, ...], tuple[float, ...], float] = (MIN_CORRELATION, (), (), 0.0)
     for order in permutations(range(3)):
         for signs in product((1.0, -1.0), repeat=3):
             turn = turn_of_gravity(t, gyr[:, order] * np.array(signs), acc * GRAVITY)
@@ -81,7 +81,7 @@ def offset_of(values: Array) -> Array | None:
     if len(rows) < 200:
         return None
     sphere = _sphere(rows)
-    if sphere is None or sphere.off > CLEAN or float(np.linalg.norm(sphere.middle)) < FAR * sphere.radius:
+    if sphere is None or sphere.off > CLEAN or float(np.linalg.norm(sphere.middle)) < MIN_OFFSET * sphere.radius:
         return None
     length = np.linalg.norm(rows, axis=1)
     about_zero = median(np.abs(length / median(length) - 1.0)) * median(length)

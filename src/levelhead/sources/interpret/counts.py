@@ -15,18 +15,18 @@ from levelhead.units import DEGREE, GRAVITY
 
 ACC = (32768.0, 16384.0, 8192.0, 4096.0, 2048.0, 1024.0, 512.0, 256.0, 128.0, 64.0)  # per g
 _ACC_OFF = 0.15  # an accelerometer's scale error and zero-g offset, at most
-_NEAR, _MOST_FAR = 0.04, 1.5  # the same, usually; what an accelerometer of another size costs at most
+_USUAL_DEVIATION, _MAX_LENGTH_COST = 0.04, 1.5  # the same, usually; what an accelerometer of another size costs at most
 _TURN_ERROR = 0.08  # of the scale that gravity's turn gives, where it correlates perfectly
 _UNSURE = 0.5  # what an imperfect correlation adds
 _USUAL_NOISE, _NOISE_SPREAD = 0.08, 0.9  # deg/s rms at rest, a factor of 2.5 either way
 _ROUNDING = 0.29  # rms of a digit
-_LARGEST = 2300.0  # deg/s; full scale of the usual chips is ±2000
+_MAX_RATE = 2300.0  # deg/s; full scale of the usual chips is ±2000
 _IMPROBABLE = 4.0  # what a rate beyond it costs
-_FAR = 0.35  # of the logarithm, beyond which gravity's turn excludes a sensitivity
+_MAX_TURN_ERROR = 0.35  # of the logarithm, beyond which gravity's turn excludes a sensitivity
 _FIELD = (22.0, 70.0)  # µT, on earth, and a little iron
 _NO_FIELD, _OTHER_FIELD = 0.5, 1.5  # costs of a chip without a magnetometer beside it, and of one that shows no field
-_SURE = 2.0  # cost by which the second must be dearer
-_ALIKE = 1.25  # factor within which a second one makes no difference worth a question
+_MIN_COST_GAP = 2.0  # cost by which the second must be dearer
+_MAX_SAME_FACTOR = 1.25  # factor within which a second one makes no difference worth a question
 
 
 class Sensitivity(NamedTuple):
@@ -148,8 +148,8 @@ def choose_sensitivity(
     if not costs:
         return None
     cost, per, chip = costs[0]
-    rivals = [other for other, rival, _ in costs if abs(math.log(rival / per)) > math.log(_ALIKE)]
-    return Choice(per, chip, not rivals or rivals[0] - cost > _SURE)
+    rivals = [other for other, rival, _ in costs if abs(math.log(rival / per)) > math.log(_MAX_SAME_FACTOR)]
+    return Choice(per, chip, not rivals or rivals[0] - cost > _MIN_COST_GAP)
 
 
 def _scaled(acc_per_g: float | None) -> tuple[Chip, ...]:
@@ -166,17 +166,17 @@ def _cost(rates: WholeRates, chip: Chip, per: float, acc_per_g: float | None, ac
     one = DEGREE / per  # rad/s
     if rates.turn is not None and rates.turn > 0.0:
         off = abs(math.log(one / rates.turn))
-        if off > _FAR and rates.correlation > 0.7:
+        if off > _MAX_TURN_ERROR and rates.correlation > 0.7:
             return None
         cost += 0.5 * (off / (_TURN_ERROR + _UNSURE * (1.0 - rates.correlation))) ** 2
     if rates.noise > 0.0:  # constant numbers show none
         noise = max(rates.noise, _ROUNDING) / per
         cost += 0.5 * (math.log(noise / _USUAL_NOISE) / _NOISE_SPREAD) ** 2
-    cost += _IMPROBABLE if rates.large / per > _LARGEST else 0.0
+    cost += _IMPROBABLE if rates.large / per > _MAX_RATE else 0.0
     norm = acc_norm if acc_norm is not None and acc_norm > 0.0 else acc_per_g
     if norm is not None:
         near = min((abs(math.log(norm / count)) for count in chip.acc), default=1.0)
-        cost += min(0.5 * (near / _NEAR) ** 2, _MOST_FAR)
+        cost += min(0.5 * (near / _USUAL_DEVIATION) ** 2, _MAX_LENGTH_COST)
     return cost
 
 

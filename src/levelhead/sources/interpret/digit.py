@@ -9,10 +9,10 @@ from levelhead.sources.interpret.counts import CHIPS
 from levelhead.units import DEGREE
 
 _ROWS = 20_000  # that are looked at
-_FEWEST = 12  # different numbers of an axis by which a step is found
-_MOST = 0.5  # share of the numbers that may differ: more are no multiples of a step, or too few samples
+_MIN_NUMBERS = 12  # different numbers of an axis by which a step is found
+_MAX_SHARE = 0.5  # share of the numbers that may differ: more are no multiples of a step, or too few samples
 _FRACTION = 0.12  # rms by which multiples may miss whole numbers: 0.29 for numbers without a step
-_NEAR = 0.004  # by which a step may differ from a chip's: decimals of a text
+_MAX_DEVIATION = 0.004  # by which a step may differ from a chip's: decimals of a text
 _FULL_SCALES = (125.0, 250.0, 500.0, 1000.0, 2000.0)  # deg/s, over 2^15
 _STEPS = (
     *sorted({1.0 / per for chip in CHIPS for per in chip.gyr}),
@@ -24,7 +24,7 @@ def step_of(values: Array) -> float | None:
     """The step of which (n,) numbers are multiples, up to an offset; None if there is none."""
     finite = values[np.isfinite(values)][:_ROWS]
     levels = np.unique(finite)
-    if len(levels) < _FEWEST or len(levels) > _MOST * len(finite):
+    if len(levels) < _MIN_NUMBERS or len(levels) > _MAX_SHARE * len(finite):
         return None
     gaps = np.diff(levels)
     gaps = gaps[gaps > 1e-4 * median(gaps)]
@@ -54,6 +54,6 @@ def unit_by_digit(gyr: Array) -> tuple[str, float] | None:
 
 def _is_chips(step: float) -> bool:
     """Whether a step is a chip's, and no last decimal."""
-    if abs(math.log10(step) - round(math.log10(step))) < _NEAR:
+    if abs(math.log10(step) - round(math.log10(step))) < _MAX_DEVIATION:
         return False
-    return min(abs(math.log(step / one)) for one in _STEPS) < _NEAR
+    return min(abs(math.log(step / one)) for one in _STEPS) < _MAX_DEVIATION

@@ -40,15 +40,15 @@ from levelhead.sources.sentences import gyroscope_reason
 from levelhead.sources.table import Table
 from levelhead.units import DEGREE, GRAVITY
 
-_FAINT = 0.4  # correlation from which a comparison is worth a guess
-_TELLING = 3  # windows that must tell units apart
+_MIN_GUESS_CORRELATION = 0.4  # correlation from which a comparison is worth a guess
+_MIN_WINDOWS = 3  # windows that must tell units apart
 _DEGREES, _RADIANS = -0.2, 0.04  # gains (see Steadiness) from which it is deg/s, or rad/s; BROAD is at −0.09 and more
 _SHAKEN = 0.98  # a body that hardly turns and that nothing shakes holds gravity better than this
 _PROOF = 0.9  # correlation from which the comparison outweighs a header, or noise
-_BIAS = 0.5  # rad/s, 29 deg/s: no gyroscope is that far off at rest
-_LOUD = 0.05  # rad/s, 2.9 deg/s rms: no gyroscope is that noisy at rest
-_SLIGHT = 0.15  # correlation from which a comparison raises a doubt
-_QUIETEST = 0.004  # deg/s rms; below it no MEMS gyroscope is at rest, at any rate
+_MAX_BIAS = 0.5  # rad/s, 29 deg/s: no gyroscope is that far off at rest
+_MAX_NOISE = 0.05  # rad/s, 2.9 deg/s rms: no gyroscope is that noisy at rest
+_MIN_DOUBT_CORRELATION = 0.15  # correlation from which a comparison raises a doubt
+_MIN_NOISE = 0.004  # deg/s rms; below it no MEMS gyroscope is at rest, at any rate
 _MOVED = 0.5  # m/s² rms about its mean, from which the force of a window is not that of a sensor at rest
 _TILTED = 0.06  # rad rms in a window, from which the gyroscope says that it tilts; by its noise alone it is 0.03
 _CANCELLED = 0.45  # of the mean force is left, at most, where rates in deg/s are taken for rad/s; a bias leaves more
@@ -253,7 +253,7 @@ def gyr_unit(t: Array, gyr: Array, acc: Array, whole: Whole = NOTHING_WHOLE) -> 
     if (opposed := _against_gravity(quiet)) is not None:
         return opposed
     for one in (quiet, turn):
-        if one is not None and abs(one.correlation) > _FAINT and one.turned > 0.5 * MIN_TURN:
+        if one is not None and abs(one.correlation) > _MIN_GUESS_CORRELATION and one.turned > 0.5 * MIN_TURN:
             counts = gyr_sensitivity(one.scale, acc_per_g)
             far = min(abs(math.log(abs(one.scale) / factor)) for factor in (1.0, math.pi / 180.0)) > math.log(3.0)
             if counts is not None and far:
@@ -328,7 +328,7 @@ def _most_telling(turn: GravityTurn | None, quiet: GravityTurn | None) -> Gravit
         return turn
     told = [one for one in (turn, quiet) if one is not None and one.turned > 0.5 * MIN_TURN]
     best = max(told, key=lambda one: abs(one.correlation), default=None)
-    return best if best is not None and abs(best.correlation) > _FAINT and best.scale != 0.0 else None
+    return best if best is not None and abs(best.correlation) > _MIN_GUESS_CORRELATION and best.scale != 0.0 else None
 
 
 def _guess_unit(t: Array, gyr: Array, acc: Array) -> GyroscopeUnit:
@@ -336,9 +336,9 @@ def _guess_unit(t: Array, gyr: Array, acc: Array) -> GyroscopeUnit:
     if (moved := _unit_of_moved(t, gyr, acc)) is not None:
         return moved
     held = steadiness_of_gravity(t, gyr, acc)
-    if held.windows < _TELLING:
+    if held.windows < _MIN_WINDOWS:
         held = steadiness_of_gravity(t, gyr, acc, away=1.0)
-    if held.windows >= _TELLING and held.best > 0.6:
+    if held.windows >= _MIN_WINDOWS and held.best > 0.6:
         if held.gain < _DEGREES:
             return GyroscopeUnit("deg/s", None, "gravity_unsteady", {})
         if held.gain > _RADIANS or held.best < _SHAKEN:
@@ -397,12 +397,12 @@ def contradicts_rad_s(t: Array, gyr: Array, acc: Array) -> str | None:
             return None  # whatever its noise
     rest = find_still_gyroscope(t, gyr, acc)
     why = None
-    if rest.windows >= _TELLING and rest.rate > _BIAS:
+    if rest.windows >= _MIN_WINDOWS and rest.rate > _MAX_BIAS:
         why = f"at rest, while gravity holds still, it reads {rest.rate:.2g}, {math.degrees(rest.rate):.0f} deg/s"
-    elif rest.windows >= _TELLING and rest.noise > _LOUD:
+    elif rest.windows >= _MIN_WINDOWS and rest.noise > _MAX_NOISE:
         why = f"its noise at rest would be {math.degrees(rest.noise):.1f} deg/s"
     regular = turn is None or not (turn.clear and turn.scale > 0.3)
-    enough = held.windows >= 4 * _TELLING if rest.windows == 0 else held.windows > _TELLING + 1
+    enough = held.windows >= 4 * _MIN_WINDOWS if rest.windows == 0 else held.windows > _MIN_WINDOWS + 1
     if why is None and regular and enough and held.gain < 2.0 * _DEGREES and held.best > 0.85:
         why = "gravity turns much slower than it does"
     return why
@@ -424,14 +424,14 @@ def alternative_unit(t: Array, rate: Array, acc: Array, factor: float) -> str | 
     """
     between = math.sqrt(180.0 / math.pi)
     told = [one for one in (turn_of_gravity(t, rate, acc), quiet_turn(t, rate, acc)) if one is not None]
-    told = [one for one in told if one.turned > 0.4 * MIN_TURN and one.correlation > _SLIGHT]
+    told = [one for one in told if one.turned > 0.4 * MIN_TURN and one.correlation > _MIN_DOUBT_CORRELATION]
     if told:
         best = max(told, key=lambda one: one.correlation)
         if best.scale > between if factor < 1.0 else best.scale < 1.0 / between:
             return f"gravity turns {best.scale:.2g} times as far as it measured (correlation {best.correlation:.2f})"
         return None
     noise = math.degrees(rest_noise(t, rate))
-    if factor < 1.0 and 0.0 < noise < _QUIETEST:
+    if factor < 1.0 and 0.0 < noise < _MIN_NOISE:
         return f"its noise at rest would be {noise:.2g} deg/s"
     return None
 

@@ -16,7 +16,7 @@ from levelhead.sources.table import Column, Table, stack
 from levelhead.units import GRAVITY
 
 _UP = 0.9  # cosine, 26°: a reference that is tilted further has another axis up
-_ENOUGH = 100  # rows that tell a mean force
+_MIN_ROWS = 100  # rows that tell a mean force
 _LEAVE_OUT = {"map": {"q": list[str]()}}
 _NORTH = ("opt_quat", "truth_q")  # BROAD's, and levelhead's own; their earth frame has y to magnetic north
 
@@ -89,7 +89,7 @@ def _quaternions(positions: Mapping[str, tuple[int, ...]], columns: Mapping[int,
 def _mean_force(quat: Array, acc: Array) -> Array | None:
     """The direction of the mean specific force in the reference's world, (3,); None where too little is known."""
     rows = np.isfinite(quat).all(axis=1) & np.isfinite(acc).all(axis=1)
-    if rows.sum() < _ENOUGH:
+    if rows.sum() < _MIN_ROWS:
         return None
     mean: Array = rotate(quat[rows], acc[rows]).mean(axis=0)
     length = float(np.linalg.norm(mean))

@@ -19,7 +19,7 @@ _LEVEL_TIME, _LEVEL_ROWS = 1.0, (20, 1000)  # s, and rows: window of a level
 _ROUNDING = 0.2  # of an interval, by which a level may be off
 _EARLY, _POINTS, _PART = 0.2, 100, 10_000  # quantile of stamps that is their level; of so many; rows at a time
 _IN_STEP, _BLOCKS, _TRIALS = 1000, 16, 60  # rows of a block, blocks; quarters of their resolution to either side
-_CLEAR = 4.0  # times the power of stamps that are not in step
+_MIN_POWER_RATIO = 4.0  # times the power of stamps that are not in step
 _KNOTS = 20.0  # s between knots of the wander; a warming oscillator's 10 ppm/s bends by 0.5 ms in between
 _STIFF = 200.0  # s between them while samples are numbered, so that a wrong number bends nothing
 _CLIP, _ROUNDS = 4.0, 3  # robust σ at which a latency is clipped, refits
@@ -99,7 +99,7 @@ def _in_step(t: Array, period: float) -> float:
     offsets = blocks - blocks[:, :1]
     trials = period * (1.0 + np.arange(-_TRIALS, _TRIALS + 1) / (4.0 * size))
     power = np.array([float((np.abs(np.exp(2j * np.pi / one * offsets).sum(axis=1)) ** 2).mean()) for one in trials])
-    return float(trials[int(np.argmax(power))]) if power.max() > _CLEAR * size else period
+    return float(trials[int(np.argmax(power))]) if power.max() > _MIN_POWER_RATIO * size else period
 
 
 def _commonest(values: Array) -> float:

@@ -16,7 +16,7 @@ from levelhead.units import GRAVITY
 _CORE_MOTION = {"g", "gs", "mg"}  # in m/s², and in a chip's counts, +1 g up is all but certain; vehicles have z down
 _METRES = {"m/s²", "m/s^2", "m/s2"}  # unless an app with Core Motion's words has multiplied
 _SWIFT = re.compile(r"^rotationRate|^motion[A-Z]")
-_START, _FEW = 2.0, 10  # s, rows by which it is judged how a log begins
+_START, _MIN_ROWS = 2.0, 10  # s, rows by which it is judged how a log begins
 _ALONG, _ACROSS, _NEAR = 0.8, 0.4, 0.2  # g
 _CONSTANT = 2e-3  # by which the length of a gravity vector that software worked out may vary
 _APPLE = re.compile(
@@ -85,7 +85,7 @@ def judge_start(t: Array, acc: Array, unit: str, table: Table, evidence: Evidenc
     start = start[np.isfinite(start).all(axis=1)]
     likely = unit in _CORE_MOTION or (unit in _METRES and any(_SWIFT.search(name) for name in table.names))
     turned = any(one.about == "acc.sign" for one in evidence.conclusions)
-    if turned or not likely or len(start) < _FEW or find_vendor([*table.names, *table.origin]) is not None:
+    if turned or not likely or len(start) < _MIN_ROWS or find_vendor([*table.names, *table.origin]) is not None:
         return
     x, y, z = (float(one) for one in np.median(start, axis=0) / GRAVITY)
     if z < -_ALONG and abs(z + 1.0) < _NEAR and np.hypot(x, y) < _ACROSS:

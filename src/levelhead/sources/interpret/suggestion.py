@@ -15,12 +15,12 @@ from levelhead.sources.names.column_groups import group_axes, order_positions
 from levelhead.sources.names.column_name import Name, understand
 from levelhead.sources.table import Table, stack, words_of
 
-MOST = 64  # columns that are looked at
+MAX_COLUMNS = 64  # columns that are looked at
 ROWS = 20_000
 _AWAY = 2.0  # mean of rates over their spread, from which they are none
 _MOVED = 0.03  # spread of the force over its length, from which the sensor does not rest
 _TURNING, _SOME = 0.1, 0.2  # turn of the force that must show in the rates; correlation that shows it
-SURE = 0.75  # correlation of gravity's turn with the rates
+MIN_CORRELATION = 0.75  # correlation of gravity's turn with the rates
 
 
 def suggest(error: LevelheadError, table: Table, hints: Hints) -> LevelheadError:
@@ -29,7 +29,7 @@ def suggest(error: LevelheadError, table: Table, hints: Hints) -> LevelheadError
     Gravity's length and its turn against the rates tell them, as in a file without a header. Names need not be known.
     """
     known = [understand(name, table.context) for name in table.names]
-    wanted = [i for i in range(len(table.names)) if i not in words_of(table)][:MOST]
+    wanted = [i for i in range(len(table.names)) if i not in words_of(table)][:MAX_COLUMNS]
     if isinstance(error, NeedsHints) or not _is_open(table, hints, known, wanted):
         return error
     try:
@@ -119,7 +119,7 @@ def _alike(names: Sequence[str]) -> bool:
 def _turns(values: Array, guess: Guess) -> bool:
     """Whether gravity turns as the rates say, whatever their unit; counts with an offset do not pass."""
     turn = turn_of_gravity(_even(values, guess.t), values[:, list(guess.gyr)], values[:, list(guess.acc)])
-    return turn is not None and turn.correlation > SURE and turn.turned > 0.05
+    return turn is not None and turn.correlation > MIN_CORRELATION and turn.turned > 0.05
 
 
 def _even(values: Array, t: int | None) -> Array:
