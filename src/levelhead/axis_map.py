@@ -101,7 +101,11 @@ class AxisMap:
     def apply(self, sample: Sample) -> Sample:
         """A sample in the body's frame."""
         mag = None if sample.mag is None else self.turn(sample.mag)
-        return sample._replace(gyr=self.turn(sample.gyr), acc=self.turn(sample.acc), mag=mag)
+        attitude = sample.attitude
+        if attitude is not None:
+            w, x, y, z = product(np.array([attitude]), conjugate(self.quat))[0].tolist()
+            attitude = w, x, y, z
+        return sample._replace(gyr=self.turn(sample.gyr), acc=self.turn(sample.acc), mag=mag, attitude=attitude)
 
     def rotate(self, recording: Recording) -> Recording:
         """A recording in the body's frame, its reference included."""

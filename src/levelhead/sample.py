@@ -3,6 +3,7 @@
 from typing import NamedTuple
 
 Triple = tuple[float, float, float]
+Wxyz = tuple[float, float, float, float]
 
 
 class Sample(NamedTuple):
@@ -15,6 +16,7 @@ class Sample(NamedTuple):
         mag: µT, or None where the magnetometer had nothing new.
         pressure: Pa, or None where the barometer had nothing new.
         temperature: °C of the chip that said so last, or None.
+        attitude: the source's own orientation, wxyz, as its maker defines it (sensor or body to earth), or None.
     """
 
     t: float
@@ -23,3 +25,4 @@ class Sample(NamedTuple):
     mag: Triple | None = None
     pressure: float | None = None
     temperature: float | None = None
+    attitude: Wxyz | None = None

@@ -10,8 +10,10 @@ import numpy as np
 import pytest
 
 import levelhead as lh
+from levelhead.evaluate import compare
 from levelhead.live.box import BlackBox
 from levelhead.live.rerun import rerun
+from levelhead.sources import attitudes
 from levelhead.sources.formats.blackbox import PACKED, ROW, read_box
 
 pytestmark = pytest.mark.slow
@@ -186,3 +188,22 @@ def test_a_box_that_begins_and_ends_while_the_node_runs(rig, tmp_path, monkeypat
     assert [name for name in events if "recording" in name] == ["recording", "-recording", "recording"]
     with pytest.raises(lh.LevelheadError, match="expected True or False"):
         one.node.set(record=1)
+
+
+@pytest.mark.parametrize("text", ["bno055", "bno085"])
+def test_a_chip_s_own_orientation_is_kept_and_compared(rig, felt, tmp_path, text):
+    pytest.importorskip("smbus2", reason="smbus2 is not installed (extra levelhead[live])")
+    path = tmp_path / "own.mcap"
+    one = rig(text, box=BlackBox(path))
+    samples = one.node.run(duration=20.0)["samples"]
+    ((name, track),) = attitudes(path).items()
+    assert name == text.upper() and samples - 60 < len(track.t) <= samples
+    assert set(track.t) <= set(read_box(path).rows["t"].tolist())
+    own = compare(lh.read(path), [lh.ESKF()], tracks={name: track}).rows[1]
+    assert own.name == name and own.difference < 2.0
+    with open(path, "rb") as file:  # by an independent decoder
+        decode = pytest.importorskip("mcap_ros2.decoder", reason="mcap-ros2-support is not installed")
+        reader = pytest.importorskip("mcap.reader").make_reader(file, decoder_factories=[decode.DecoderFactory()])
+        _, _, _, message = next(iter(reader.iter_decoded_messages(topics=["/imu/attitude"])))
+    said = message.quaternion
+    assert (said.w, said.x, said.y, said.z) == pytest.approx(track.quat[0].tolist(), abs=1e-4)

@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 
 import levelhead as lh
+from levelhead.kernels.quat import to_euler
 from levelhead.live import LocalBus
-from levelhead.live import mavlink_codec as codec
 from levelhead.live.mavlink import MavlinkPublisher, MavlinkSource, parse_place, to_ned
 from levelhead.live.messages import Orientation
+from levelhead.sources.formats import mavlink_codec as codec
 from levelhead.units import GRAVITY
 
 
@@ -120,13 +121,22 @@ def test_raw_imu_is_taken_as_ardupilot_sends_it(source):
     assert source.poll() == [], "the kind that came first is kept to"
 
 
+def test_the_autopilot_s_own_attitude_goes_with_its_next_sample(source):
+    imu = [codec.pack_mavlink(codec.HIGHRES_IMU, 0, stamp, *(0.0,) * 13, 0) for stamp in (1000, 2000, 3000, 4000)]
+    said = (math.cos(0.1), math.sin(0.1), 0.0, 0.0)
+    angles = codec.pack_mavlink(codec.ATTITUDE, 0, 1, *to_euler(to_ned(said)), 0.0, 0.0, 0.0)
+    quaternion = codec.pack_mavlink(codec.ATTITUDE_QUATERNION, 0, 1, *to_ned(said), 0.0, 0.0, 0.0)
+    other = codec.pack_mavlink(codec.ATTITUDE_QUATERNION, 0, 1, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, system=9)
+    found = datagrams(source, angles + imu[0], imu[1], quaternion + other + imu[2], angles + imu[3])
+    assert found[0].attitude == pytest.approx(said, abs=1e-6) and found[2].attitude == pytest.approx(said, abs=1e-6)
+    assert found[1].attitude is None and found[3].attitude is None  # the angles are those of a quaternion that came
+
+
 @pytest.mark.parametrize("yaw, heading", [(0.0, 90.0), (90.0, 0.0), (180.0, -90.0)])
 def test_attitude_in_north_east_down(yaw, heading):
     """A body that points to the east (our x) has heading 90°; nose up is negative with us and positive there."""
     half = math.radians(0.5 * yaw)
     level = to_ned((math.cos(half), 0.0, 0.0, math.sin(half)))
-    from levelhead.kernels.quat import to_euler
-
     angles = np.degrees(to_euler(level))
     assert angles == pytest.approx([0.0, 0.0, heading], abs=1e-9)
     nose_up = np.degrees(to_euler(to_ned((math.cos(0.1), 0.0, -math.sin(0.1), 0.0))))

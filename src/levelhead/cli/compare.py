@@ -1,7 +1,7 @@
 """``levelhead compare LOG``: filters side by side."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
@@ -23,6 +23,12 @@ from levelhead.cli.options import (
     read_parameters,
     require_writable,
 )
+
+if TYPE_CHECKING:
+    from levelhead.recording import Recording
+    from levelhead.track import Track
+
+LEAST_OVERLAP = 0.1  # of a recording; an orientation that covers less of it is on another clock
 
 
 def compare(
@@ -59,7 +65,8 @@ def compare(
     """Compare filters on one recording: errors, bias, lag and cost in a table, and the four-panel picture.
 
     Args:
-        log: a recording; errors need a recording with truth.
+        log: a recording; errors need a recording with truth. Orientations that the device itself computed stand in
+            rows of their own: those of a chip or an autopilot in a black box, in .ulg, .bin and .tlog.
         simulate: instead of a log: lesson, hard (the lesson with 10° noise and a bias that walks 0.1 °/s), or a motion
             (hand, walking, drone, robot, still) seen by an MPU-6050.
         seed: of the simulation; 42 for the lessons, 0 otherwise.
@@ -80,8 +87,11 @@ def compare(
     from levelhead.evaluate import compare as run
     from levelhead.publish.progress import progress
     from levelhead.publish.terminal_table import print_table
+    from levelhead.sources import attitudes
 
-    tracks = {name: reading.orientation(log, name) for name in column_names(track)}
+    own = {} if log is None else attitudes(log)
+    tracks = {name: one for name, one in own.items() if _overlap(one, recording) > LEAST_OVERLAP}
+    tracks |= {name: reading.orientation(log, name) for name in column_names(track)}
     with progress("comparing") as report:
         comparison = run(recording, chosen, tracks=tracks, guard=before, progress=report)
     picture = None
@@ -104,3 +114,9 @@ def compare(
         )
     else:
         print_line("no picture asked for: -o DIR draws the four panels")
+
+
+def _overlap(track: "Track", recording: "Recording") -> float:
+    """The part of the recording in which the track is known."""
+    both = min(track.t[-1], recording.t[-1]) - max(track.t[0], recording.t[0])
+    return float(both) / max(recording.duration, 1e-9)

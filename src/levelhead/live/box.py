@@ -21,12 +21,26 @@ from levelhead.live.messages import NOTHING, Health, Orientation
 from levelhead.open_types import ReadOnlyJson, Untyped
 from levelhead.sample import Sample
 from levelhead.sources.formats import ros_messages as ros
-from levelhead.sources.formats.blackbox import CONFIG, ENCODING, EVENTS, FUSED, MAG_NEW, PACKED, ROW, SAMPLES, SCHEMA
+from levelhead.sources.formats.blackbox import (
+    ATTITUDES,
+    CONFIG,
+    ENCODING,
+    EVENTS,
+    FUSED,
+    MAG_NEW,
+    PACKED,
+    ROW,
+    SAMPLES,
+    SCHEMA,
+)  # fmt: skip
 
 EVERY = 0.25  # s between two writes: what a kill may lose; each one leaves the node's next tick a cold cache
 SYNC = 1.0  # s between two requests to the disk, for when the power goes
 WAITING = 500_000  # rows that may wait for the disk
-VIEWED = {"/imu/data": ros.IMU, "/imu/mag": ros.FIELD, "/tf": ros.TRANSFORMS, "/diagnostics": ros.DIAGNOSTICS}
+VIEWED = {
+    "/imu/data": ros.IMU, "/imu/mag": ros.FIELD, ATTITUDES: ros.ATTITUDE, "/tf": ros.TRANSFORMS,
+    "/diagnostics": ros.DIAGNOSTICS,
+}  # fmt: skip
 EVENT_SCHEMA = {"type": "object", "properties": {"name": {"type": "string"}, "text": {"type": "string"}}}
 LEVEL_UNKNOWN = (math.nan,) * 10
 
@@ -145,6 +159,8 @@ class BlackBox:
             self._add(stamp, "/imu/data", ros.pack_imu(stamp, sample.gyr, sample.acc, quat, known))
         if sample.mag is not None:
             self._add(stamp, "/imu/mag", ros.pack_field(stamp, sample.mag))
+        if sample.attitude is not None:
+            self._add(stamp, ATTITUDES, ros.pack_attitude(stamp, sample.attitude))
         if said is not None:
             self._add(stamp, "/tf", ros.pack_transform(stamp, said.quat))
 

@@ -10,8 +10,12 @@ import socket
 from collections.abc import Callable
 
 from levelhead.errors import LevelheadError
-from levelhead.kernels.quat import Quat, multiply, to_euler
-from levelhead.live.mavlink_codec import (
+from levelhead.kernels.quat import Euler, Quat, from_euler, multiply, to_euler
+from levelhead.live.messages import ORIENTATION, Message, Orientation
+from levelhead.live.output import NodeOutput
+from levelhead.live.subscription import Subscription
+from levelhead.sample import Sample, Triple, Wxyz
+from levelhead.sources.formats.mavlink_codec import (
     ATTITUDE,
     ATTITUDE_QUATERNION,
     HIGHRES_IMU,
@@ -22,10 +26,6 @@ from levelhead.live.mavlink_codec import (
     pack_mavlink,
     unpack_mavlink,
 )
-from levelhead.live.messages import ORIENTATION, Message, Orientation
-from levelhead.live.output import NodeOutput
-from levelhead.live.subscription import Subscription
-from levelhead.sample import Sample, Triple
 from levelhead.units import GRAVITY
 
 PLACE = re.compile(r"^udp:(?:(\d+\.\d+\.\d+\.\d+|localhost):)?(\d{1,5})$")
@@ -50,7 +50,7 @@ def parse_place(text: str) -> tuple[str, int]:
 
 
 class MavlinkSource:
-    """Samples from HIGHRES_IMU, SCALED_IMU or RAW_IMU, and SCALED_PRESSURE; see ``Source``.
+    """Samples from HIGHRES_IMU, SCALED_IMU or RAW_IMU, SCALED_PRESSURE and the autopilot's attitude; see ``Source``.
 
     The first of the three that comes is kept to. RAW_IMU has no unit in the standard; ArduPilot's mG, mrad/s and mgauss
     are taken, and said.
@@ -68,6 +68,8 @@ class MavlinkSource:
         self._socket: socket.socket | None = None
         self._kind: tuple[int, int, int] | None = None  # message, system, component
         self._pressure: float | None = None
+        self._attitude: Wxyz | None = None  # the autopilot's newest that no sample has yet
+        self._has_quaternion = False
         self._last = -math.inf
         self._troubles: list[tuple[str, str]] = []
 
@@ -105,6 +107,9 @@ class MavlinkSource:
         if message.number == SCALED_PRESSURE:
             self._pressure = message.fields["press_abs"] * HECTOPASCAL
             return
+        if message.number in (ATTITUDE, ATTITUDE_QUATERNION):
+            self._add_attitude(message)
+            return
         if message.number not in (HIGHRES_IMU, SCALED_IMU, RAW_IMU):
             return
         kind = message.number, message.system, message.component
@@ -115,11 +120,27 @@ class MavlinkSource:
                 self._troubles.append(("assumed", words))
         if kind != self._kind:
             return
-        sample = sample_of(message, self._pressure)
-        self._pressure = None
+        sample = sample_of(message, self._pressure)._replace(attitude=self._attitude)
+        self._pressure = self._attitude = None
         if sample.t > self._last:
             self._last = sample.t
             samples.append(sample)
+
+    def _add_attitude(self, message: MavlinkMessage) -> None:
+        """The autopilot's own attitude goes with its next sample; ATTITUDE only where no ATTITUDE_QUATERNION comes."""
+        if self._kind is not None and (message.system, message.component) != self._kind[1:]:
+            return
+        fields = message.fields
+        if message.number == ATTITUDE_QUATERNION:
+            self._has_quaternion = True
+            quat = Quat(fields["q1"], fields["q2"], fields["q3"], fields["q4"])
+        elif self._has_quaternion:
+            return
+        else:
+            quat = from_euler(Euler(fields["roll"], fields["pitch"], fields["yaw"]))
+        if math.isfinite(sum(quat)) and any(quat):
+            w, x, y, z = to_ned(quat)  # the same turn leads back
+            self._attitude = w, x, y, z
 
     def troubles(self) -> list[tuple[str, str]]:
         """See ``Source``."""
@@ -152,7 +173,10 @@ def _turn_axes(fields: dict[str, float], name: str, scale: float) -> Triple:
 
 
 def to_ned(quat: tuple[float, float, float, float]) -> Quat:
-    """An attitude of forward, left, up in east, north, up as one of forward, right, down in north, east, down."""
+    """An attitude of forward, left, up in east, north, up as one of forward, right, down in north, east, down.
+
+    It is its own inverse.
+    """
     w, x, y, z = multiply(multiply(TO_NED, Quat(*quat)), FROM_FRD)
     return Quat(-w, -x, -y, -z) if w < 0.0 else Quat(w, x, y, z)
 

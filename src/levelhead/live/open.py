@@ -33,9 +33,12 @@ CHIP_NAMES = {
     "lsm6dso32": "LSM6DSO32",
     "icm20948": "ICM-20948",
     "icm42688": "ICM-20948",
+    "bno055": "LSM6DS3",
+    "bno085": "LSM6DS3",
 }
 MAG_NAMES = {
     "hmc5883l": "HMC5883L", "qmc5883l": "QMC5883L", "lis3mdl": "QMC5883L", "ak8963": "AK09916", "ak09916": "AK09916",
+    "bno055": "AK09916", "bno085": "AK09916",
 }  # fmt: skip
 IDEAL: JsonObject = {"quantisation": 0.0, "full_scale": math.inf}  # the emulated registers round and clip
 
@@ -151,7 +154,7 @@ def closed_motion(wanted: BoardSpec, rate: float, style: str, seed: int, half: f
         np.concatenate([s * there.velocity[rows] for s, rows in zip(sign, both, strict=True)]),
         np.concatenate([there.acceleration[rows] for rows in both]),
     )
-    mag = MAG_NAMES.get(wanted.mag or "")
+    mag = MAG_NAMES.get(wanted.mag or wanted.inertial)
     chip = imu(CHIP_NAMES[wanted.inertial], mag=mag)
     fine = replace(chip, gyr=replace(chip.gyr, **IDEAL), acc=replace(chip.acc, **IDEAL))
     if chip.mag is not None:

@@ -7,7 +7,7 @@ from levelhead.recording import Recording
 from levelhead.sources.hints import parse_counts, parse_map, parse_units
 from levelhead.track import Track
 
-__all__ = ["orientation", "parse_counts", "parse_map", "parse_units", "read"]
+__all__ = ["attitudes", "orientation", "parse_counts", "parse_map", "parse_units", "read"]
 
 
 def read(
@@ -102,3 +102,17 @@ def orientation(
     from levelhead.sources.orientation_columns import read_orientation
 
     return read_orientation(path, column, check(map, units, counts, rate))
+
+
+def attitudes(path: str | os.PathLike[str]) -> dict[str, Track]:
+    """The orientations that the device itself computed, by name: a chip's or an autopilot's own, for ``compare``.
+
+    They stand in a node's black box, in PX4's ULog, in ArduPilot's DataFlash log and in a MAVLink log (.tlog), on the
+    clock of ``read``. Empty where a file has none.
+
+    Raises:
+        LevelheadError: the file cannot be read.
+    """
+    from levelhead.sources.pipeline import own_attitudes
+
+    return own_attitudes(path)

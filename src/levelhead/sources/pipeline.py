@@ -23,6 +23,7 @@ from levelhead.sources.interpret import apply
 from levelhead.sources.interpret import interpret as interpret_table
 from levelhead.sources.interpretation import Interpretation
 from levelhead.sources.table import CachedTable, Table, add_conclusion, in_memory
+from levelhead.track import Track
 
 _TRIES = 4  # hints that may be missing at once
 _BAG = BY_SUFFIX[".bag"]
@@ -185,6 +186,22 @@ def _read_own_file(file: Path, hints: Hints) -> Recording | None:
             raise LevelheadError(f"{file} describes its own content; map, units, counts and rate are for other files")
         return box_recording(file)
     return None
+
+
+def own_attitudes(path: str | os.PathLike[str]) -> dict[str, Track]:
+    """See ``levelhead.sources.attitudes``."""
+    file = Path(path)
+    _check_there(file)
+    if not file.is_file():
+        return {}
+    with _reading(file):
+        if file.suffix.lower() == ".mcap" and _is_box(file):
+            from levelhead.sources.formats.blackbox import box_attitude
+
+            return box_attitude(file)
+        with open(file, "rb") as opened:
+            kind = find_format(file.suffix.lower(), opened.read(64))
+        return {} if kind is None or kind.attitudes is None else dict(kind.attitudes(file))
 
 
 def _open_tables(file: Path, hints: Hints) -> tuple[list[Table], Hints]:

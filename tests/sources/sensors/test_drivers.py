@@ -404,7 +404,7 @@ def test_a_chip_that_lost_its_power_gives_no_samples(bench, text):
         one.clock.wait(0.05)
         assert one.board.poll() == []
     with pytest.raises(SensorError, match="nothing but zeros or ones"):
-        one.board.drivers[0].port.burst(INERTIAL[text].output_register + 2, 12)
+        one.board.drivers[0].port.burst(INERTIAL[text].args[0].output_register + 2, 12)
 
 
 @pytest.mark.parametrize(

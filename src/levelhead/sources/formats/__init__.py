@@ -4,7 +4,7 @@ A format is a module with a function ``tables(path, display_path, hints)`` that 
 here. Its libraries are imported when a file is read.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -15,6 +15,7 @@ from levelhead.sources.formats import (
     hdf5,
     json_log,
     matlab,
+    mavlink_log,
     mvnx,
     npz,
     parquet,
@@ -25,6 +26,7 @@ from levelhead.sources.formats import (
 )
 from levelhead.sources.hints import Hints
 from levelhead.sources.table import Table
+from levelhead.track import Track
 
 Reader = Callable[[Path, str, Hints], Sequence[Table]]
 
@@ -41,6 +43,7 @@ class Format:
         devices: who writes it, for the docs.
         reads: what is read of it, for the docs.
         leaves: what is not.
+        attitudes: the orientations that the device computed, by name, where a file holds some.
         matches: whether the first bytes of a file are of this kind; None: its suffix settles it.
     """
 
@@ -52,6 +55,7 @@ class Format:
     reads: str = ""
     leaves: str = ""
     matches: Callable[[bytes], bool] | None = None
+    attitudes: Callable[[Path], Mapping[str, Track]] | None = None
 
 
 TEXT = Format(
@@ -87,11 +91,15 @@ FORMATS = (
     ),
     Format(
         "ULog", (".ulg",), ulog.tables, "formats", "PX4", "sensor_combined, or sensor_gyro, sensor_accel, sensor_mag",
-        "other topics",
+        "other topics", attitudes=ulog.attitudes,
     ),
     Format(
         "DataFlash", (".bin",), dataflash.tables, "", "ArduPilot", "IMU, MAG; each unit by --sensor",
-        "other messages",
+        "other messages", attitudes=dataflash.attitudes,
+    ),
+    Format(
+        "MAVLink log", (".tlog",), mavlink_log.tables, "", "QGroundControl, Mission Planner, MAVProxy",
+        "HIGHRES_IMU, SCALED_IMU or RAW_IMU", "other messages", attitudes=mavlink_log.attitudes,
     ),
     Format(
         "WitMotion", (".bin", ".wit"), witmotion.tables, "", "WitMotion's serial and Bluetooth units",

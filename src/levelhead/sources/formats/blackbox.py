@@ -7,6 +7,7 @@ is ``ROW`` and stands in the schema as NumPy spells it; topic imu/health holds e
 import json
 import os
 import struct
+from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
@@ -16,9 +17,12 @@ from levelhead.errors import LevelheadError
 from levelhead.open_types import JsonObject, ReadOnlyJson
 from levelhead.recording import Recording
 from levelhead.sources.conclusion import Basis, Conclusion
+from levelhead.sources.formats.attitude import attitude_track
+from levelhead.sources.formats.ros_messages import unpack_attitude
 from levelhead.sources.sentences import notes
+from levelhead.track import Track
 
-SAMPLES, EVENTS = "imu/samples", "imu/health"
+SAMPLES, EVENTS, ATTITUDES = "imu/samples", "imu/health", "/imu/attitude"
 SCHEMA, ENCODING, CONFIG = "levelhead/rows1", "numpy", "levelhead"
 ROW = np.dtype([
     ("seq", "<u8"), ("t", "<f8"), ("stamp", "<i8"), ("gyr", "<f8", 3), ("acc", "<f8", 3), ("mag", "<f8", 3),
@@ -38,12 +42,14 @@ class Box(NamedTuple):
         events: in order; each a dict with "name", "on", "text", "data", "seq", "t".
         config: "source", "filter", "params", "guard", "version", ….
         whole: False: it was cut off, by a crash or a full disk.
+        attitudes: the source's own orientations, wxyz, by the stamp of their row.
     """
 
     rows: NDArray[np.void]
     events: list[JsonObject]
     config: ReadOnlyJson
     whole: bool
+    attitudes: Mapping[int, tuple[float, float, float, float]]
 
     @property
     def bias(self) -> tuple[float, float, float]:
@@ -82,6 +88,7 @@ def read_box(path: str | os.PathLike[str]) -> Box:
     events: list[JsonObject] = []
     config: JsonObject | None = None
     topics: dict[int, str] = {}
+    attitudes: dict[int, tuple[float, float, float, float]] = {}
     whole = False
     with open(path, "rb") as file:
         try:
@@ -94,12 +101,30 @@ def read_box(path: str | os.PathLike[str]) -> Box:
                     blocks.append(np.frombuffer(record.data, ROW))
                 elif isinstance(record, Message) and topics.get(record.channel_id) == EVENTS:
                     events.append(json.loads(record.data))
+                elif isinstance(record, Message) and topics.get(record.channel_id) == ATTITUDES:
+                    stamp, quat = unpack_attitude(record.data)
+                    attitudes[stamp] = quat
             whole = True
         except (McapError, struct.error, EOFError, ValueError, KeyError, IndexError):
             pass  # cut off: what stands before is whole, record by record
     if config is None:
         raise LevelheadError(f"{path} is not a black box of a levelhead node: it has no configuration in it")
-    return Box(np.concatenate(blocks) if blocks else np.empty(0, ROW), events, config, whole)
+    return Box(np.concatenate(blocks) if blocks else np.empty(0, ROW), events, config, whole, attitudes)
+
+
+def box_attitude(path: str | os.PathLike[str]) -> dict[str, Track]:
+    """The source's own orientation, such as a chip's or an autopilot's, by its name; empty where it gave none.
+
+    Raises:
+        LevelheadError: no black box.
+    """
+    box = read_box(path)
+    stamps = zip(box.rows["t"].tolist(), box.rows["stamp"].tolist(), strict=True)
+    found = [(t, box.attitudes[stamp]) for t, stamp in stamps if stamp in box.attitudes]
+    if not found:
+        return {}
+    t, quat = zip(*found, strict=True)
+    return {box.config["source"]: attitude_track(np.array(t), np.array(quat))}
 
 
 def box_recording(path: str | os.PathLike[str]) -> Recording:

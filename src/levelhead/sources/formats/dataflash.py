@@ -8,10 +8,13 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from levelhead.errors import LevelheadError
+from levelhead.sources.formats.attitude import attitude_track, from_angles
 from levelhead.sources.hints import Hints
 from levelhead.sources.table import ArrayTable
+from levelhead.track import Track
 
 _MARK, _FMT, _FMT_LENGTH = b"\xa3\x95", 128, 89
 _TYPES = {
@@ -39,12 +42,28 @@ def tables(path: Path, display_path: str, hints: Hints) -> Sequence[ArrayTable]:
     found = []
     for number, (name, dtype, letters) in kinds.items():
         if name.startswith(_SENSORS) and (places := starts.get(number)):
-            size = dtype.itemsize
-            rows = np.frombuffer(b"".join(raw[place + 3 : place + 3 + size] for place in places), dtype)
-            found += _tables(display_path, name, rows, letters)
+            found += _tables(display_path, name, _rows(raw, places, dtype), letters)
     if not found:
         raise LevelheadError(f"{display_path} has no IMU messages; expected a log with LOG_BITMASK's IMU bit set")
     return found
+
+
+def attitudes(path: Path) -> dict[str, Track]:
+    """The autopilot's own orientation, of its ATT messages: forward-right-down in north-east-down."""
+    raw = path.read_bytes()
+    kinds, starts = _scan(raw)
+    found = {}
+    for number, (name, dtype, letters) in kinds.items():
+        if name == "ATT" and {"TimeUS", "Roll", "Pitch", "Yaw"} <= set(dtype.names or ()) and number in starts:
+            columns = _columns(_rows(raw, starts[number], dtype), letters)
+            angles = (np.radians(columns[axis].astype(np.float64)) for axis in ("Roll", "Pitch", "Yaw"))
+            found[name] = attitude_track(1e-6 * columns["TimeUS"].astype(np.float64), from_angles(*angles))
+    return found
+
+
+def _rows(raw: bytes, places: Sequence[int], dtype: np.dtype[np.void]) -> NDArray[np.void]:
+    """The messages of one type."""
+    return np.frombuffer(b"".join(raw[place + 3 : place + 3 + dtype.itemsize] for place in places), dtype)
 
 
 def _scan(raw: bytes) -> tuple[dict[int, tuple[str, np.dtype[np.void], str]], dict[int, list[int]]]:
@@ -76,16 +95,19 @@ def _scan(raw: bytes) -> tuple[dict[int, tuple[str, np.dtype[np.void], str]], di
     return kinds, starts
 
 
-def _tables(
-    display_path: str, name: str, rows: "np.ndarray[tuple[int], np.dtype[np.void]]", letters: str
-) -> list[ArrayTable]:
-    titles = list(rows.dtype.names or ())
+def _columns(rows: NDArray[np.void], letters: str) -> dict[str, NDArray[np.number]]:
+    """Columns of numbers by their names, with units where these are known."""
     columns = {}
-    for title, letter in zip(titles, letters, strict=True):
+    for title, letter in zip(rows.dtype.names or (), letters, strict=True):
         if rows[title].dtype.kind in "iuf":
             unit = _UNITS.get(title[:3])
             values = rows[title].astype(np.float64) / 100.0 if letter in _HUNDREDTHS else rows[title]
             columns[f"{title} [{unit}]" if unit and title[3:] in ("X", "Y", "Z") else title] = values
+    return columns
+
+
+def _tables(display_path: str, name: str, rows: NDArray[np.void], letters: str) -> list[ArrayTable]:
+    columns = _columns(rows, letters)
     if "I" in columns and len(np.unique(columns["I"])) > 1:
         return [
             ArrayTable(

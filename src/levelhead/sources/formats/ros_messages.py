@@ -12,6 +12,7 @@ from levelhead.open_types import Untyped
 
 IMU, FIELD = "sensor_msgs/msg/Imu", "sensor_msgs/msg/MagneticField"
 DIAGNOSTICS, TRANSFORMS = "diagnostic_msgs/msg/DiagnosticArray", "tf2_msgs/msg/TFMessage"
+ATTITUDE = "geometry_msgs/msg/QuaternionStamped"
 FRAME, WORLD = "imu_link", "odom"
 OK, WARN, ERROR, STALE = range(4)  # levels of a DiagnosticStatus
 NANO = 1_000_000_000
@@ -52,6 +53,9 @@ DEFINITIONS = {
     FIELD: _definition(
         "std_msgs/Header header\ngeometry_msgs/Vector3 magnetic_field\nfloat64[9] magnetic_field_covariance\n",
         *_HEADER, "geometry_msgs/Vector3",
+    ),
+    ATTITUDE: _definition(
+        "std_msgs/Header header\ngeometry_msgs/Quaternion quaternion\n", *_HEADER, "geometry_msgs/Quaternion",
     ),
     DIAGNOSTICS: _definition(
         "std_msgs/Header header\ndiagnostic_msgs/DiagnosticStatus[] status\n",
@@ -134,6 +138,26 @@ def pack_field(stamp: int, mag: Sequence[float], frame: str = FRAME) -> bytes:
     out.header(stamp, frame)
     out.numbers("d", *(TESLA * one for one in mag), *UNKNOWN)
     return out.done()
+
+
+def pack_attitude(stamp: int, quat: Sequence[float], frame: str = FRAME) -> bytes:
+    """A geometry_msgs/QuaternionStamped; ``quat`` is wxyz."""
+    out = _CdrWriter()
+    out.header(stamp, frame)
+    w, x, y, z = quat
+    out.numbers("d", x, y, z, w)
+    return out.done()
+
+
+def unpack_attitude(data: bytes) -> tuple[int, tuple[float, float, float, float]]:
+    """The stamp in ns and the quaternion wxyz of ``pack_attitude``.
+
+    Raises:
+        struct.error: the bytes are too few.
+    """
+    seconds, rest = struct.unpack_from("<iI", data, 4)
+    x, y, z, w = struct.unpack("<4d", data[-32:])
+    return seconds * NANO + rest, (w, x, y, z)
 
 
 def pack_diagnostics(

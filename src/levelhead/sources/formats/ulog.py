@@ -7,8 +7,10 @@ import numpy as np
 
 from levelhead.errors import LevelheadError
 from levelhead.sources.conclusion import Basis, Conclusion
+from levelhead.sources.formats.attitude import attitude_track
 from levelhead.sources.hints import Hints
 from levelhead.sources.table import ArrayTable
+from levelhead.track import Track
 
 WANTED = ["sensor_combined", "sensor_gyro", "sensor_accel", "sensor_mag", "vehicle_magnetometer", "vehicle_imu"]
 _VECTORS = {  # topic to (name of its vector's fields, sensor, unit)
@@ -46,6 +48,18 @@ def tables(path: Path, display_path: str, hints: Hints) -> Sequence[ArrayTable]:
         raise LevelheadError(
             f"{display_path} has no topic sensor_combined, sensor_gyro and sensor_accel; switch their logging on"
         )
+    return found
+
+
+def attitudes(path: Path) -> dict[str, Track]:
+    """The autopilot's own orientation, of its topic vehicle_attitude: forward-right-down in north-east-down."""
+    from pyulog import ULog
+
+    found = {}
+    for topic in ULog(str(path), ["vehicle_attitude"]).data_list:
+        quat = np.stack([topic.data[f"q[{i}]"] for i in range(4)], axis=1).astype(np.float64)
+        name = "vehicle_attitude" + (f" {topic.multi_id}" if topic.multi_id else "")
+        found[name] = attitude_track(1e-6 * topic.data["timestamp"], quat)
     return found
 
 

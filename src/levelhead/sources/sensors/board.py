@@ -8,16 +8,36 @@ from levelhead.axis_map import IDENTITY, AxisMap
 from levelhead.errors import LevelheadError, nearest
 from levelhead.open_types import Untyped
 from levelhead.sample import Sample, Triple
-from levelhead.sources.sensors import icm20948, icm42688, lsm6dso32, lsm6dsox, mpu6050, mpu9250
 from levelhead.sources.sensors.ak09916 import AK09916
 from levelhead.sources.sensors.ak8963 import AK8963
 from levelhead.sources.sensors.bmp280 import BMP280
 from levelhead.sources.sensors.bmp390 import BMP390
+from levelhead.sources.sensors.bno055 import BNO055
+from levelhead.sources.sensors.bno085 import BNO085
 from levelhead.sources.sensors.bus import Bus, Port, SensorError, open_bus
 from levelhead.sources.sensors.compass import HMC5883L, QMC5883L
-from levelhead.sources.sensors.fifo_imu import FifoImu
+from levelhead.sources.sensors.fifo_imu import FifoReading
+from levelhead.sources.sensors.icm20948 import ICM20948
+from levelhead.sources.sensors.icm42688 import ICM42688
 from levelhead.sources.sensors.lis3mdl import LIS3MDL
+from levelhead.sources.sensors.lsm6dso32 import LSM6DSO32
+from levelhead.sources.sensors.lsm6dsox import LSM6DSOX
+from levelhead.sources.sensors.mpu6050 import MPU6050
+from levelhead.sources.sensors.mpu9250 import MPU9250
 from levelhead.sources.sensors.sample_clock import SampleClock
+
+
+class Inertial(Protocol):
+    """What the drivers of gyroscope and accelerometer have in common; ranges in °/s and m/s²."""
+
+    name: str
+    port: Port
+    rate: float
+    gyr_range: float
+    acc_range: float
+
+    def start(self) -> None: ...  # noqa: D102
+    def drain(self) -> FifoReading: ...  # noqa: D102
 
 
 class Magnetometer(Protocol):
@@ -31,14 +51,10 @@ class Magnetometer(Protocol):
     def read(self) -> Triple | None: ...  # noqa: D102
 
 
-INERTIAL = {
-    "mpu6050": mpu6050.CHIP,
-    "mpu9250": mpu9250.CHIP,
-    "lsm6dsox": lsm6dsox.CHIP,
-    "lsm6dso32": lsm6dso32.CHIP,
-    "icm20948": icm20948.CHIP,
-    "icm42688": icm42688.CHIP,
-}
+INERTIAL: dict[str, Callable[..., Inertial]] = {
+    "mpu6050": MPU6050, "mpu9250": MPU9250, "lsm6dsox": LSM6DSOX, "lsm6dso32": LSM6DSO32, "icm20948": ICM20948,
+    "icm42688": ICM42688, "bno055": BNO055, "bno085": BNO085,
+}  # fmt: skip
 MAGNETIC: dict[str, type[Untyped]] = {
     "hmc5883l": HMC5883L, "qmc5883l": QMC5883L, "lis3mdl": LIS3MDL, "ak8963": AK8963, "ak09916": AK09916,
 }  # fmt: skip
@@ -46,7 +62,6 @@ BAROMETRIC: dict[str, type[Untyped]] = {"bmp280": BMP280, "bmp390": BMP390}
 BUILT_IN = {"mpu9250": "ak8963", "icm20948": "ak09916"}  # magnetometers in the same package
 CHIPS = (*INERTIAL, *MAGNETIC, *BAROMETRIC)
 RETRY = 1.0  # s until a chip that failed is set up anew
-MAX_COUNT = 32767.0  # of a 16-bit reading
 
 
 class BoardSpec(NamedTuple):
@@ -122,7 +137,7 @@ class Board:
     ended = False
 
     def __init__(
-        self, inertial: FifoImu, mag: Magnetometer | None = None, baro: BMP280 | BMP390 | None = None, *,
+        self, inertial: Inertial, mag: Magnetometer | None = None, baro: BMP280 | BMP390 | None = None, *,
         axes: AxisMap = IDENTITY, clock: Callable[[], float] = time.monotonic, bus: Bus | None = None,
     ) -> None:  # fmt: skip
         self._inertial, self._mag, self._baro, self._axes, self._clock, self._bus = (
@@ -136,8 +151,7 @@ class Board:
         self.drivers: Sequence[Untyped] = [one for one in (inertial, mag, baro) if one is not None]
         self.name = "+".join(one.name for one in self.drivers)
         self.rate = inertial.rate
-        self.gyr_range = inertial.gyr_scale * MAX_COUNT * 57.29577951308232
-        self.acc_range = inertial.acc_scale * MAX_COUNT
+        self.gyr_range, self.acc_range = inertial.gyr_range, inertial.acc_range
         self.lost = 0
         self._aligned = axes == IDENTITY
         self._clock_fit = SampleClock(self.rate)
@@ -174,8 +188,9 @@ class Board:
         Raises:
             SensorError: the inertial chip does not answer, or says what no sensor says.
         """
-        rows, at, lost = self._inertial.drain()
-        if lost:
+        reading = self._inertial.drain()
+        rows, at = reading.rows, reading.time
+        if reading.lost:
             self.lost += 1
             self._clock_fit.restart()
             self._troubles.append(
@@ -184,11 +199,11 @@ class Board:
         if not rows:
             return []
         stamps = self._clock_fit.stamps(len(rows), at)
-        mag = None if self._mag is None else self._read_mag(self._mag, at)
+        mag = reading.mag if self._mag is None else self._read_mag(self._mag, at)
         weather = None if self._baro is None else self._read_auxiliary(self._baro, at)
         pressure, temperature = weather if weather is not None else (None, None)
         gyr, acc = rows.pop()
-        last = Sample(stamps.pop(), gyr, acc, mag, pressure, temperature)
+        last = Sample(stamps.pop(), gyr, acc, mag, pressure, temperature, reading.attitude)
         samples = [Sample(t, gyr, acc) for t, (gyr, acc) in zip(stamps, rows, strict=True)] if rows else []
         samples.append(last)
         return samples if self._aligned else [self._axes.apply(sample) for sample in samples]
@@ -255,10 +270,9 @@ def assemble_board(
     Raises:
         LevelheadError: a rate or a range that the chip does not have.
     """
-    inertial = FifoImu(
-        INERTIAL[wanted.inertial], bus, wanted.address, rate=rate, gyr_range=gyr_range, acc_range=acc_range,
-        clock=clock, wait=wait,
-    )  # fmt: skip
+    inertial = INERTIAL[wanted.inertial](
+        bus, wanted.address, rate=rate, gyr_range=gyr_range, acc_range=acc_range, clock=clock, wait=wait
+    )
     mag = None
     if wanted.mag is not None:
         mag = MAGNETIC[wanted.mag](bus, wait=wait, **({"clock": clock} if wanted.mag == "hmc5883l" else {}))

@@ -3,9 +3,10 @@
 import errno
 import time
 from collections.abc import Callable, Sequence
-from typing import Protocol
+from typing import Protocol, cast
 
 from levelhead.errors import LevelheadError
+from levelhead.open_types import Untyped
 
 BLOCK = 32  # bytes in one SMBus block read
 RETRIES = 3  # further tries of a transfer before it counts as failed
@@ -22,6 +23,12 @@ class Bus(Protocol):
     def write_byte_data(self, i2c_addr: int, register: int, value: int) -> None: ...  # noqa: D102
     def read_i2c_block_data(self, i2c_addr: int, register: int, length: int) -> Sequence[int]: ...  # noqa: D102
     def close(self) -> None: ...  # noqa: D102
+
+
+class PlainBus(Bus, Protocol):
+    """A bus with transfers that name no register, which ``smbus2.SMBus`` has as well."""
+
+    def i2c_rdwr(self, *i2c_msgs: Untyped) -> None: ...  # noqa: D102
 
 
 class SensorError(LevelheadError):
@@ -117,6 +124,29 @@ class Port:
         except OSError as error:
             raise self._failure(error) from None
 
+    def receive(self, length: int) -> bytes:
+        """``length`` bytes without the name of a register.
+
+        Raises:
+            SensorError: it failed.
+            LevelheadError: smbus2 is not installed, or the bus has no such transfers.
+        """
+        message = _messages().read(self.address, length)
+        self._transfer(message)
+        return bytes(message)
+
+    def send(self, data: bytes) -> None:
+        """Bytes without the name of a register; raises as ``receive`` does."""
+        self._transfer(_messages().write(self.address, data))
+
+    def _transfer(self, message: Untyped) -> None:
+        if not hasattr(self.bus, "i2c_rdwr"):
+            raise LevelheadError(f"the {self.chip} needs a bus with i2c_rdwr, such as smbus2.SMBus")
+        try:
+            cast(PlainBus, self.bus).i2c_rdwr(message)
+        except OSError as error:
+            raise self._failure(error) from None
+
     def expect(self, register: int, identity: int, mask: int = 0xFF) -> None:
         """Makes sure that the chip is the one that it should be.
 
@@ -158,6 +188,15 @@ class Port:
         if error.errno in (errno.ETIMEDOUT, errno.EBUSY, errno.EAGAIN):
             return SensorError("bus_stuck", f"the bus of {where} is stuck ({error.strerror}): a line is held down")
         return SensorError("bus_error", f"{where} does not answer ({error.strerror}); check power, wires and address")
+
+
+def _messages() -> Untyped:
+    """smbus2's class of messages."""
+    try:
+        from smbus2 import i2c_msg
+    except ImportError:
+        raise LevelheadError("this chip needs smbus2: pip install 'levelhead[live]'") from None
+    return i2c_msg
 
 
 def blank(data: bytes) -> bool:

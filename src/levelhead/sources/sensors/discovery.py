@@ -5,10 +5,11 @@ import re
 from pathlib import Path
 from typing import NamedTuple
 
-from levelhead.sources.sensors import bmp280, bmp390, icm20948, icm42688, lsm6dso32, mpu6050, mpu9250
+from levelhead.errors import LevelheadError
+from levelhead.sources.sensors import bmp280, bmp390, bno055, bno085, icm20948, icm42688, lsm6dso32, mpu6050, mpu9250
 from levelhead.sources.sensors.ak09916 import AK09916
 from levelhead.sources.sensors.ak8963 import AK8963
-from levelhead.sources.sensors.bus import Bus
+from levelhead.sources.sensors.bus import Bus, Port
 from levelhead.sources.sensors.compass import HMC5883L, QMC5883L
 from levelhead.sources.sensors.lis3mdl import LIS3MDL
 
@@ -37,6 +38,7 @@ SIGNATURES = (
     Signature("mpu9250", mpu9250.ADDRESSES, mpu6050.WHO_AM_I, bytes([mpu9250.MPU9255])),
     Signature("icm42688", icm42688.ADDRESSES, icm42688.WHO_AM_I, bytes([icm42688.IDENTITY])),
     Signature("lsm6dsox", lsm6dso32.ADDRESSES, lsm6dso32.WHO_AM_I, bytes([lsm6dso32.IDENTITY])),  # or another LSM6DSO
+    Signature("bno055", bno055.ADDRESSES, bno055.CHIP_ID, bno055.IDENTITIES),
     Signature("lis3mdl", (LIS3MDL.address, 0x1E), LIS3MDL.WHO_AM_I, bytes([LIS3MDL.IDENTITY])),
     Signature("ak09916", (AK09916.address,), AK09916.WIA1, bytes(AK09916.IDENTITY)),
     Signature("ak8963", (AK8963.address,), AK8963.WIA, bytes([AK8963.IDENTITY])),
@@ -61,8 +63,11 @@ def find_chips(bus: Bus) -> list[FoundChip]:
         OSError: the bus itself does not work; a chip that is not there is no error.
     """
     found = []
-    for address in sorted({address for one in SIGNATURES for address in one.addresses}):
+    for address in sorted({address for one in SIGNATURES for address in one.addresses} | {*bno085.ADDRESSES}):
         answered, name = False, ""
+        if address in bno085.ADDRESSES:
+            name = "bno085" if _is_hub(bus, address) else ""
+            answered = bool(name) or _read(bus, address, 0, 1) is not None
         for signature in SIGNATURES:
             if address not in signature.addresses or name:
                 continue
@@ -85,3 +90,14 @@ def _read(bus: Bus, address: int, register: int, length: int) -> bytes | None:
         if error.errno in (errno.EREMOTEIO, errno.ENXIO, errno.EIO):
             return None
         raise
+
+
+def _is_hub(bus: Bus, address: int) -> bool:
+    """Whether a packet of SHTP waits at the address, as after power-up and while reports are on."""
+    try:
+        head = Port(bus, address, bno085.NAME).receive(bno085.HEADER.size)
+    except LevelheadError:
+        return False
+    length, channel, _ = bno085.HEADER.unpack(head)
+    known: bool = bno085.HEADER.size < length & ~bno085.CONTINUED <= bno085.LONGEST
+    return known and channel <= bno085.LAST_CHANNEL

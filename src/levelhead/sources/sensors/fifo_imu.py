@@ -4,10 +4,12 @@ import time
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
-from levelhead.sample import Triple
+from levelhead.sample import Triple, Wxyz
 from levelhead.sources.sensors.bus import BLOCK, Bus, Port, SensorError, at_least, blank, code_for
+from levelhead.units import DEGREE
 
 Counts = tuple[int, int, int]
+MAX_COUNT = 32767.0  # of a 16-bit reading
 BLANK_COUNTS = (0, -1)  # a reading of nothing but zero bits or one bits
 
 
@@ -90,11 +92,15 @@ class FifoReading(NamedTuple):
         rows: (gyr in rad/s, acc in m/s²), the oldest first.
         time: host time of the reading, s.
         lost: whether samples are lost, because the FIFO overflowed or a transfer broke off.
+        mag: µT, the newest of a chip that measures the field as well, or None.
+        attitude: the newest of a chip with a filter of its own, wxyz, or None.
     """
 
     rows: list[tuple[Triple, Triple]]
     time: float
     lost: bool = False
+    mag: Triple | None = None
+    attitude: Wxyz | None = None
 
 
 class FifoImu:
@@ -114,6 +120,8 @@ class FifoImu:
         name: of the chip.
         gyr_scale: rad/s per count.
         acc_scale: m/s² per count.
+        gyr_range: full scale in °/s.
+        acc_range: full scale in m/s².
 
     Raises:
         LevelheadError: a range or a rate that the chip does not have.
@@ -130,6 +138,8 @@ class FifoImu:
         acc_code = code_for("acc range", acc_range, chip.acc_codes, "g", chip.name)
         self._settings = ChipSettings(self.rate, gyr_code, acc_code)
         self.gyr_scale, self.acc_scale = chip.gyr_bits[gyr_range], chip.acc_bits[acc_range]
+        self.gyr_range = self.gyr_scale * MAX_COUNT / DEGREE
+        self.acc_range = self.acc_scale * MAX_COUNT
         self._unpaired: list[bytes] = []
 
     def start(self) -> None:

@@ -1,5 +1,7 @@
 """What all emulated chips share: registers, and a clock of their own by which they measure."""
 
+import errno
+import os
 import struct
 
 from levelhead.sources.sensors.emulated.world import World
@@ -58,6 +60,18 @@ class EmulatedChip:
     def write(self, register: int, value: int) -> None:
         """One byte, with what its writing does."""
         self.memory[register] = value
+
+    def receive(self, length: int) -> bytes:
+        """Bytes that a host reads without naming a register: only hubs give some.
+
+        Raises:
+            OSError: this one does not acknowledge.
+        """
+        raise OSError(errno.EREMOTEIO, os.strerror(errno.EREMOTEIO))
+
+    def send(self, data: bytes) -> None:
+        """Bytes that a host writes without naming a register; raises as ``receive`` does."""
+        self.receive(0)
 
     def next(self, register: int) -> int:
         """The register after this one in a block."""

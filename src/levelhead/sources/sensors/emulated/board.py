@@ -6,6 +6,7 @@ from levelhead.sources.sensors.board import BoardSpec
 from levelhead.sources.sensors.emulated.barometer import EmulatedBMP280, EmulatedBMP390
 from levelhead.sources.sensors.emulated.base import EmulatedChip
 from levelhead.sources.sensors.emulated.bus import EmulatedBus
+from levelhead.sources.sensors.emulated.hubs import EmulatedBNO055, EmulatedBNO085
 from levelhead.sources.sensors.emulated.icm42688 import EmulatedICM42688
 from levelhead.sources.sensors.emulated.imus import (
     EmulatedICM20948,
@@ -30,6 +31,8 @@ INERTIAL: dict[str, Callable[..., EmulatedChip]] = {
     "lsm6dso32": EmulatedLSM6DSO32,
     "icm20948": EmulatedICM20948,
     "icm42688": EmulatedICM42688,
+    "bno055": EmulatedBNO055,
+    "bno085": EmulatedBNO085,
 }
 MAGNETIC: dict[str, Callable[..., EmulatedChip]] = {
     "hmc5883l": EmulatedHMC5883L,

@@ -5,7 +5,10 @@ import os
 from collections.abc import Sequence
 from typing import Literal, Protocol
 
+from levelhead.open_types import Untyped
 from levelhead.sources.sensors.bus import BLOCK
+
+READ = 0x0001  # of a message of smbus2
 
 
 class Chip(Protocol):
@@ -16,6 +19,8 @@ class Chip(Protocol):
     def read(self, register: int) -> int: ...  # noqa: D102
     def write(self, register: int, value: int) -> None: ...  # noqa: D102
     def block(self, register: int, length: int) -> bytes: ...  # noqa: D102
+    def receive(self, length: int) -> bytes: ...  # noqa: D102
+    def send(self, data: bytes) -> None: ...  # noqa: D102
     def update(self) -> None: ...  # noqa: D102
 
 
@@ -70,6 +75,21 @@ class EmulatedBus:
         chip = self._chip(i2c_addr)
         values = chip.block(register, length)
         return b"\xff" * length if self.stuck == "high" else values
+
+    def i2c_rdwr(self, *i2c_msgs: Untyped) -> None:
+        """smbus2's messages, which name no register: only hubs answer them.
+
+        Raises:
+            OSError: nobody does.
+        """
+        for message in i2c_msgs:
+            chip = self._chip(message.addr)
+            if not message.flags & READ:
+                chip.send(bytes(message))
+                continue
+            data = chip.receive(message.len)
+            for i, byte in enumerate(b"\xff" * message.len if self.stuck == "high" else data):
+                message.buf[i] = bytes([byte])
 
     def close(self) -> None:
         """Nothing is held."""

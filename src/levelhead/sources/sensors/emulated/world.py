@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from levelhead.recording import Recording
-from levelhead.sample import Triple
+from levelhead.sample import Triple, Wxyz
 
 STANDARD_PRESSURE = 101325.0  # Pa
 
@@ -42,6 +42,7 @@ class World:
         self._rate, self._n = recording.rate, len(recording)
         self._values = {"gyr": recording.gyr, "acc": recording.acc}
         self._values["mag"] = np.zeros((self._n, 3)) if recording.mag is None else recording.mag
+        self._quat = np.zeros((self._n, 4)) if recording.truth is None else recording.truth.quat
         self._coded: dict[tuple[str | float, ...], list[bytes]] = {}
         self.began: float | None = None
 
@@ -70,7 +71,15 @@ class World:
 
     def at(self, seconds: float) -> Moment:
         """What is felt ``seconds`` after the beginning."""
-        row = self.row(seconds)
+        return self.row_moment(self.row(seconds))
+
+    def attitude(self, row: int) -> Wxyz:
+        """The reference orientation of a row; zeros where there is none."""
+        w, x, y, z = np.nan_to_num(self._quat[row]).tolist()
+        return w, x, y, z
+
+    def row_moment(self, row: int) -> Moment:
+        """What is felt in a row."""
         return Moment(*(tuple(self._values[name][row].tolist()) for name in ("gyr", "acc", "mag")))
 
     def coded(self, name: str, order: str, scale: float) -> list[bytes]:

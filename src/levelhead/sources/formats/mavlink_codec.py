@@ -78,20 +78,24 @@ def unpack_mavlink(data: bytes) -> Iterator[MavlinkMessage]:
     """The messages in a datagram that are known and whole; bytes between them are left."""
     at = 0
     while at + 8 <= len(data):
-        version, length = data[at], data[at + 1]
-        if version not in (V1, V2):
-            at += 1
-            continue
-        head = 6 if version == V1 else 10
-        end = at + head + length + 2
-        signed = SIGNATURE if version == V2 and data[at + 2] & SIGNED else 0
-        message = _message(data[at:end], version, head) if end + signed <= len(data) else None
-        if message is None and not _is_whole(data, at, end):
+        end, message = frame_at(data, at)
+        if message is None and (end == 0 or not _is_whole(data, at, end)):
             at += 1
             continue
         if message is not None:
             yield message
-        at = end + signed
+        at = end
+
+
+def frame_at(data: bytes, at: int) -> tuple[int, MavlinkMessage | None]:
+    """The end of the frame that begins at ``at``, 0 where none does, and its message; None: not known, or not whole."""
+    if at + 8 > len(data) or data[at] not in (V1, V2):
+        return 0, None
+    version, length = data[at], data[at + 1]
+    head = 6 if version == V1 else 10
+    end = at + head + length + 2
+    signed = SIGNATURE if version == V2 and data[at + 2] & SIGNED else 0
+    return end + signed, _message(data[at:end], version, head) if end + signed <= len(data) else None
 
 
 def _is_whole(data: bytes, at: int, end: int) -> bool:
