@@ -12,7 +12,9 @@ INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check --no
 # time on two cores).
 TESTS := OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n auto --dist loadfile --no-loadscope-reorder
 
-.PHONY: demo native dist wheels quick plain test test-full docs lint format bench mutants clean
+PAGE := src/levelhead/publish/page/app.js
+
+.PHONY: demo native page dist wheels quick plain test test-full docs lint format bench mutants clean
 
 demo: $(LESSON)
 	$(BIN)/levelhead demo --out demo-output
@@ -21,8 +23,18 @@ demo: $(LESSON)
 native: $(READY)
 	$(BIN)/python -m levelhead.export.extension
 
+# The page of `levelhead view`, from web/ (Node.js and npm).
+page: $(PAGE)
+
+$(PAGE): web/node_modules/.package-lock.json web/index.html web/build.mjs web/tsconfig.json $(wildcard web/src/*)
+	cd web && npm run --silent build
+
+web/node_modules/.package-lock.json: web/package-lock.json
+	cd web && npm ci --ignore-scripts --no-audit --no-fund --silent
+	touch $@
+
 # The archive of the sources and a wheel made of it, each installed and tried by itself, bare and with an extra.
-dist: $(READY)
+dist: $(READY) page
 	$(INSTALL) 'build>=1.2'
 	rm -rf dist build/tried
 	$(BIN)/python -m build --outdir dist .
@@ -33,7 +45,7 @@ dist: $(READY)
 	done; done
 
 # A wheel for every Linux with glibc, tried in an environment with neither a compiler nor an extra.
-wheels: $(READY)
+wheels: $(READY) page
 	rm -rf build/wheels build/bare
 	$(BIN)/python -m pip wheel --quiet --disable-pip-version-check --no-deps --wheel-dir build/wheels .
 	PATH="$(CURDIR)/$(BIN):$$PATH" $(BIN)/python -m auditwheel repair --wheel-dir dist build/wheels/*.whl
@@ -42,7 +54,7 @@ wheels: $(READY)
 	cd build && env -i HOME="$(CURDIR)/build" PATH=/nonexistent bare/bin/levelhead demo --out bare/demo
 
 # Three tiers; every test is in one of them, by its marks (CONTRIBUTING.md).
-quick: native
+quick: native page
 	$(MAKE) --no-print-directory --jobs=2 --output-sync=target lint plain  # mypy keeps one core busy only
 
 plain: $(READY)
@@ -95,5 +107,5 @@ $(VENV)/.lesson: pyproject.toml
 	touch $@
 
 clean:
-	rm -rf $(VENV) demo-output build dist docs/gallery .mypy_cache .ruff_cache .pytest_cache .hypothesis
+	rm -rf $(VENV) demo-output build dist web/node_modules src/levelhead/publish/page docs/gallery .mypy_cache .ruff_cache .pytest_cache .hypothesis
 	find src tests benchmarks -name __pycache__ -type d -prune -exec rm -rf {} +

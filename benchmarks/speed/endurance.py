@@ -22,12 +22,9 @@ import tempfile
 import threading
 import time
 from pathlib import Path
+from urllib.request import urlopen
 
 import numpy as np
-import viser
-from websockets.exceptions import WebSocketException
-from websockets.sync.client import connect
-from websockets.typing import Subprotocol
 
 from levelhead.cli import main as levelhead
 from levelhead.live import Node, subscribe
@@ -40,7 +37,6 @@ from levelhead.sources.sensors.emulated import World, emulate_board
 ENDPOINT = "tcp/127.0.0.1:7529"
 FAULTS = ("unplugged", "stuck", "nack", "reset", "clock")
 PAGE = 18290  # port of the dashboard
-VERSION = [Subprotocol(f"viser-v{viser.__version__}")]
 
 
 Row = tuple[float, float, int, float, float]  # minutes, resident MB, files, MB given out by malloc, Python's blocks
@@ -123,14 +119,14 @@ def open_page() -> None:
     printed = time.monotonic()
     while True:
         try:
-            with connect(f"ws://127.0.0.1:{PAGE}", subprotocols=VERSION, max_size=None) as page:
+            with urlopen(f"http://127.0.0.1:{PAGE}/stream") as stream:
                 opened += 1
-                for message in page:
-                    bytes_ += len(message)
+                while part := stream.read1():
+                    bytes_ += len(part)
                     if time.monotonic() - printed > 1.0:
                         printed = time.monotonic()
                         print(json.dumps({"MB": round(bytes_ / 1e6, 1), "opened": opened}), flush=True)
-        except (OSError, WebSocketException):
+        except OSError:
             time.sleep(1.0)
 
 

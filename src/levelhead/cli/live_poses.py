@@ -47,10 +47,12 @@ def record_live_poses(
         shown = [held.enter_context(guide_display(EMULATED if source.startswith("emulated") else ""))]
         if view:
             from levelhead.publish.dashboard.guide_view import GuideView
+            from levelhead.publish.dashboard.server import PageServer
 
             page = GuideView(f"calibration of {opened.name}")
-            held.callback(page.stop)
-            print_line(page.page.url)
+            server = PageServer(page)
+            held.callback(server.close)
+            print_line(server.url)
             shown.append(page.show)
 
         def show(now: Instruction) -> None:

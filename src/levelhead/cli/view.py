@@ -1,9 +1,10 @@
-"""``levelhead view LOG`` and ``levelhead view --live``: the dashboard."""
+"""``levelhead view LOG`` and ``levelhead view --live``: the page in the browser."""
 
 import gc
 import sys
+from contextlib import closing
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
@@ -19,7 +20,10 @@ from levelhead.cli.options import (
 )
 from levelhead.cli.outputs import Outputs
 from levelhead.errors import LevelheadError
-from levelhead.open_types import Untyped
+
+if TYPE_CHECKING:
+    from levelhead.publish.dashboard.node_view import NodeView
+    from levelhead.publish.dashboard.recording_view import RecordingView
 
 USUAL_THRESHOLD = (700, 10, 10)  # of Python's garbage collection
 
@@ -62,16 +66,16 @@ def view(
     if live and second is not None:
         raise LevelheadError("--with is for a recording; a node runs one filter")
     if log is None:
-        shown = _node(endpoint, certificates, port)
+        shown: NodeView | RecordingView = _node(endpoint, certificates)
     else:
-        shown = _recording(log, filter, set, guard, reading, second, port)
-    print_line(f"{shown.page.url}  (Ctrl-C ends it)")
-    sys.stdout.flush()
-    _collect_often()
-    try:
-        shown.wait()
-    finally:
-        shown.stop()
+        shown = _recording(log, filter, set, guard, reading, second)
+    from levelhead.publish.dashboard.server import PageServer
+
+    with closing(PageServer(shown, port)) as server:
+        print_line(f"{server.url}  (Ctrl-C ends it)")
+        sys.stdout.flush()
+        _collect_often()
+        server.wait()
 
 
 def _collect_often() -> None:
@@ -84,8 +88,8 @@ def _collect_often() -> None:
 
 
 def _recording(
-    log: Path, name: str | None, pairs: Any, words: Any, reading: Reading, second: str | None, port: int
-) -> Untyped:
+    log: Path, name: str | None, pairs: Any, words: Any, reading: Reading, second: str | None
+) -> "RecordingView":
     from levelhead.publish.dashboard.recording_view import RecordingView
 
     params, before = parse_filter(name, pairs), parse_guard(words)
@@ -94,7 +98,7 @@ def _recording(
         from levelhead.cli.fuse import node_filter
 
         params, before = node_filter(recording.meta["live"], before, words)
-    return RecordingView(recording, params, before, port, parse_filter_spec(second) if second else None)
+    return RecordingView(recording, params, before, parse_filter_spec(second) if second else None)
 
 
 def _serve(outputs: Outputs, endpoint: str | None, certificates: Path | None) -> None:
@@ -114,7 +118,7 @@ def _serve(outputs: Outputs, endpoint: str | None, certificates: Path | None) ->
         Event().wait()
 
 
-def _node(endpoint: str | None, certificates: Path | None, port: int) -> Untyped:
+def _node(endpoint: str | None, certificates: Path | None) -> "NodeView":
     from levelhead.live.zenoh_reader import ParameterClient, subscribe
     from levelhead.live.zenoh_session import ENDPOINT
     from levelhead.publish.dashboard.node_view import NodeView
@@ -122,5 +126,5 @@ def _node(endpoint: str | None, certificates: Path | None, port: int) -> Untyped
     where = endpoint or ENDPOINT
     client = ParameterClient(where, certificates=certificates)
     return NodeView(
-        lambda topic: subscribe(topic, where, certificates=certificates), client.set, f"node at {where}", port
+        lambda topic, **more: subscribe(topic, where, certificates=certificates, **more), client.set, f"node at {where}"
     )

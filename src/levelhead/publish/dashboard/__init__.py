@@ -1,5 +1,5 @@
-"""A page in the browser: the body in 3-D, angles with their two_sigma beside the raw sensors, bias, events, sliders.
+"""The page in the browser: ``levelhead view LOG``, ``levelhead view --live``, ``levelhead calibrate --live --view``.
 
-``levelhead view LOG`` plays a recording, ``levelhead view --live`` follows a node. The page comes from this machine
-alone: viser's server listens on 127.0.0.1, and nothing is fetched from elsewhere.
+A view answers calls by name and streams blocks of columns; ``server`` carries both over HTTP on 127.0.0.1. The page
+itself is the folder ``web`` of the sources (TypeScript), built into ``publish/page`` by ``make page``.
 """

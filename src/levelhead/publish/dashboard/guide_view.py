@@ -1,51 +1,69 @@
 """The page of a guided calibration: how the sensor should lie, and what to do."""
 
 import math
-import time
+import threading
+from collections.abc import Iterator
 
 import numpy as np
 
 from levelhead.calibrate.next_pose import Instruction
-from levelhead.publish.dashboard.page import PORT, Page, plain_text
+from levelhead.open_types import JsonObject
+from levelhead.publish.dashboard.block import pack_block
 from levelhead.recording import Array
 from levelhead.rotations import from_rotvec
 
-LAST = 0.5  # s until what the page showed last has reached the browser
+PERIOD = 0.2  # s between two blocks at most
+LAST = 0.5  # s until a browser has the last instruction
 
 
 class GuideView:
-    """The body as it should be put down, the instruction beside it, and what is told.
+    """The body as it should be put down, the instruction beside it, and what is known so far.
 
     Args:
         title: what the page is about.
-        port: of the page.
     """
 
-    def __init__(self, title: str, port: int = PORT) -> None:
-        self.page = Page(title, port)
-        self._bar = self.page.server.gui.add_progress_bar(0.0)
-        self._told = self.page.server.gui.add_markdown("")
-        self._last: Instruction | None = None
+    def __init__(self, title: str) -> None:
+        self._title = title
+        self._changed, self._over = threading.Condition(), threading.Event()
+        self._guide: JsonObject = {"words": "…", "fraction": 0.0, "notes": []}
+        self.calls = {"about": self._about}
+
+    def _about(self, _: JsonObject) -> bytes:
+        return pack_block({"kind": "guide", "title": self._title, "health": []})
 
     def show(self, now: Instruction) -> None:
-        """Draws it, if it is another one than before."""
-        if now is self._last:
-            return
-        self._last = now
-        more = "; the verdict is at the terminal" if now.done else ""
-        self.page.status.content = f"**{plain_text(now.words + more)}**"
-        self._bar.value = 100.0 * now.fraction
-        sides = ", ".join(now.sides) or "none"
-        unknown = now.unobservable_words() or "nothing"
-        self._told.content = plain_text(f"up now: {now.up}; sides that were up: {sides}; not known yet: {unknown}")
-        if now.side is not None:
-            self.page.turn(side_attitude(now.side).tolist())
+        """Shows it to all pages that are open."""
+        with self._changed:
+            self._guide = guide_of(now) | ({"quat": self._guide.get("quat")} if now.side is None else {})
+            self._changed.notify_all()
 
-    def stop(self) -> None:
-        """Closes the page; a browser gets the last instruction first."""
-        if self._last is not None and self._last.done:
-            time.sleep(LAST)
-        self.page.stop()
+    def stream(self) -> Iterator[bytes]:
+        """The instruction of now, again and again."""
+        while not self._over.is_set():
+            with self._changed:
+                self._changed.wait(PERIOD)
+                block = pack_block({"state": {"valid": True, "words": [], "guide": self._guide}, "events": []})
+            yield block
+
+    def close(self) -> None:
+        """Ends the streams; a browser gets the last instruction first."""
+        if self._guide.get("done"):
+            self._over.wait(LAST)
+        self._over.set()
+
+
+def guide_of(now: Instruction) -> JsonObject:
+    """An instruction for the page."""
+    guide: JsonObject = {
+        "words": now.words + ("; the verdict is at the terminal" if now.done else ""), "fraction": now.fraction,
+        "done": now.done,
+        "notes": [
+            f"up now: {now.up}", f"sides that were up: {', '.join(now.sides) or 'none'}",
+            f"not known yet: {now.unobservable_words() or 'nothing'}",
+        ],
+    }  # fmt: skip
+    return guide if now.side is None else guide | {"quat": side_attitude(now.side).tolist()}
 
 
 def side_attitude(side: Array) -> Array:

@@ -1,177 +1,198 @@
-"""The page of a running node: its last orientation, the curves of the last seconds, parameters that it takes."""
+"""The page of a running node: orientations with their readings, state, events, parameters, a record."""
 
 import math
 import threading
 import time
-from collections import Counter, deque
-from collections.abc import Callable
+from collections import deque
+from collections.abc import Callable, Iterator
 from datetime import datetime
+from itertools import islice
+from pathlib import Path
 
 import numpy as np
 
 from levelhead import filters
 from levelhead.errors import LevelheadError
+from levelhead.live.box import BlackBox
+from levelhead.live.events import EXPECTED
+from levelhead.live.messages import CONFIG, HEALTH, NOTHING, ORIENTATION, RAW, Health, Orientation, Raw
 from levelhead.live.subscription import Subscription
 from levelhead.open_types import JsonObject, Untyped
-from levelhead.publish.dashboard.chart_data import ChartData, tilt_of, two_sigma, unwrap, unwrap_to
-from levelhead.publish.dashboard.charts import ChartSet
-from levelhead.publish.dashboard.page import PORT, Page, plain_text, status_text
+from levelhead.publish.dashboard.block import pack_block
+from levelhead.publish.dashboard.description import filter_description, health_names
+from levelhead.sample import Sample
 
-WINDOW = 10.0  # s in the charts
-DENSITY = 50.0  # points per second in the charts
-FRAMES, CHARTS = 15.0, 2.0  # times per second that body and messages, and the charts and text, are drawn
-LISTED = 10
-COUNTED = frozenset({"late", "over_budget"})
+PERIOD = 0.04  # s between two looks for messages, and at least between two blocks
+HISTORY = 8192  # messages that may wait
+KEPT = 60_000  # rows for a page that is opened later: five minutes at 200 Hz
+LISTED = 200  # events likewise
+WAIT = 0.2  # s that an orientation waits for its raw sample
 Row = tuple[float, ...]
-UNKNOWN = (math.nan, math.nan, math.nan)
 
 
 class NodeView:
     """Follows a node through its four topics.
 
     Args:
-        subscribe: gives the Subscription of a topic.
+        subscribe: gives the Subscription of a topic; takes ``history`` and ``max_age`` as ``Subscription`` does.
         set_params: sets parameters of the node, by keyword; raises LevelheadError where it refuses.
         title: what the page is about.
-        port: of the page.
+        folder: where a record is written.
+
+    Attributes:
+        calls: about, set, record.
     """
 
     def __init__(
-        self, subscribe: Callable[[str], Subscription], set_params: Callable[..., None], title: str = "node",
-        port: int = PORT,
+        self, subscribe: Callable[..., Subscription], set_params: Callable[..., None], title: str = "node",
+        folder: Path = Path(),
     ) -> None:  # fmt: skip
-        self.page = Page(title, port)
-        self._set_params = set_params
-        self._rows: deque[Row] = deque(maxlen=round(WINDOW * DENSITY))
-        self._lines: deque[tuple[str, str]] = deque(maxlen=LISTED)  # name of the event, and its line
-        self._repeats: Counter[str] = Counter()
-        self._raw: Untyped = None
-        self._mag: tuple[float, ...] = UNKNOWN
-        self._last: Untyped = None
-        self._arrived = self._kept = -math.inf
-        self._params: Untyped = None
-        gui = self.page.server.gui
-        self.page.charts = ChartSet(gui, clock_time=True, mag=True, truth=False, second="")
-        with gui.add_folder("Events"):
-            self._events = gui.add_markdown("none")
-        self._over = threading.Event()
-        self._subscriptions = {topic: subscribe(f"imu/{topic}") for topic in ("orientation", "raw", "health", "config")}
-        self._thread = threading.Thread(target=self._run, name="dashboard", daemon=True)
+        self._set_params, self._title, self._folder = set_params, title, folder
+        self._rows: deque[Row] = deque(maxlen=KEPT)
+        self._events: deque[JsonObject] = deque(maxlen=LISTED)
+        self._row_count = self._event_count = 0  # of the whole run
+        self._raws: dict[int, Raw] = {}
+        self._waiting: deque[tuple[float, Orientation]] = deque()
+        self._last: Orientation | None = None
+        self._config: JsonObject = {}
+        self._failure = ""
+        self._box: BlackBox | None = None
+        self._recorded = 0
+        self._changed, self._over = threading.Condition(), threading.Event()
+        self._history = {
+            topic: subscribe(topic, history=HISTORY, max_age=math.inf) for topic in (ORIENTATION, RAW, HEALTH, CONFIG)
+        }
+        self._newest = subscribe(ORIENTATION)  # marks what is too old to be believed
+        self.calls = {"about": self._about, "set": self._set, "record": self._record}
+        self._thread = threading.Thread(target=self._run, name="page", daemon=True)
         self._thread.start()
 
     def _run(self) -> None:
-        drawn = 0.0
-        while not self._over.wait(1.0 / FRAMES):
-            try:
-                self._read()
-            except LevelheadError as error:  # this reader gets nothing from the node
-                if self._last is not None:
-                    self.page.turn(self._last.quat, valid=False)
-                self.page.status.content = f"**{plain_text(str(error))}**"
-                return
-            now = time.monotonic()
-            if self._last is not None:
-                self.page.turn(self._last.quat, self._last.sigma[2], self._last.valid)
-            if now - drawn >= 1.0 / CHARTS:
-                drawn = now
-                self._show_status(now)
-                self._draw_charts()
+        while not self._over.wait(PERIOD):
+            with self._changed:
+                try:
+                    self._read()
+                except LevelheadError as error:  # this reader gets nothing from the node
+                    self._failure = str(error)
+                    self._changed.notify_all()
+                    return
+                self._changed.notify_all()
 
     def _read(self) -> None:
         """Takes all that came since the last time."""
-        topics = self._subscriptions
-        while (config := topics["config"].get(timeout=0.0)) is not None:
-            self._configure(config.data)
-        while (event := topics["health"].get(timeout=0.0)) is not None:
-            bold = "**" if event.on else ""
-            name, text = plain_text(event.name), plain_text(event.text)
-            self._list_event(event.name, f"{clock(event.stamp)} {bold}{name}{bold}: {text}")
-        while (raw := topics["raw"].get(timeout=0.0)) is not None:
-            self._raw = raw
-            self._mag = raw.mag or self._mag
-        if (orientation := topics["orientation"].latest(timeout=0.0)) is not None:
-            self._last, self._arrived = orientation, time.monotonic()
-            t = 1e-9 * orientation.stamp
-            if orientation.valid and self._raw is not None and not 0.0 <= t - self._kept < 1.0 / DENSITY:
-                self._keep(orientation, t)
+        topics = self._history
+        while (config := topics[CONFIG].get(timeout=0.0)) is not None:
+            self._config = config.data
+        while (event := topics[HEALTH].get(timeout=0.0)) is not None:
+            self._take_event(event)
+        while (raw := topics[RAW].get(timeout=0.0)) is not None:
+            self._raws[raw.seq] = raw
+        while (orientation := topics[ORIENTATION].get(timeout=0.0)) is not None:
+            if orientation.valid:
+                self._waiting.append((time.monotonic(), orientation))
+        while self._waiting and (
+            self._waiting[0][1].seq in self._raws or time.monotonic() - self._waiting[0][0] > WAIT
+        ):
+            self._take(self._waiting.popleft()[1])
+        while (newest := self._newest.latest(timeout=0.0)) is not None:
+            self._last = newest
 
-    def _keep(self, orientation: Untyped, t: float) -> None:
-        """One more point of the charts; a node's clock that was set back begins them again."""
-        if t < self._kept:
-            self._rows.clear()
-        self._kept = t
-        angles, bias, rate = (
-            [math.degrees(x) for x in values] for values in (orientation.euler, orientation.bias, self._raw.gyr)
-        )
-        self._rows.append((t, *angles, *orientation.sigma, *bias, *rate, *self._raw.acc, *self._mag))
+    def _take(self, said: Orientation) -> None:
+        """One more row."""
+        for skipped in [seq for seq in self._raws if seq < said.seq]:
+            del self._raws[skipped]
+        raw = self._raws.pop(said.seq, None)
+        gyr, acc, mag = (NOTHING,) * 3 if raw is None else (raw.gyr, raw.acc, raw.mag or NOTHING)
+        self._rows.append((1e-9 * said.stamp, *said.quat, *said.sigma, *said.bias, *gyr, *acc, *mag, said.health))
+        self._row_count += 1
+        if self._box is not None and raw is not None:
+            self._box.sample(raw.seq, raw.stamp, Sample(raw.t, raw.gyr, raw.acc, raw.mag, raw.pressure), said)
+            self._recorded += 1
 
-    def _list_event(self, name: str, line: str) -> None:
-        """One more line on top; events that come every second on a busy machine have one line and a count."""
-        self._repeats[name] += 1
-        if name in COUNTED:
-            self._lines = deque((one for one in self._lines if one[0] != name), maxlen=LISTED)
-            line += f" ({self._repeats[name]} so far)"
-        self._lines.appendleft((name, f"- {line}"))
-        self._events.content = "\n".join(line for _, line in self._lines)
+    def _take_event(self, event: Health) -> None:
+        self._events.append({
+            "t": 1e-9 * event.stamp, "name": event.name, "text": event.text, "on": event.on,
+            "fault": event.on and event.name not in EXPECTED,
+        })  # fmt: skip
+        self._event_count += 1
+        if self._box is not None:
+            self._box.event(event)
 
-    def _configure(self, config: JsonObject) -> None:
-        """Parameters of the node's filter; the widgets are made anew only for another filter."""
-        params = filters.find(config["filter"]).params(**config["params"])
-        if type(params) is type(self._params):
-            self.page.parameters.set(params)
-        else:
-            self.page.parameters.show(params, self._change)
-        self._params = params
+    def _about(self, _: JsonObject) -> bytes:
+        return pack_block({"kind": "node", "title": self._title, "clock": True, "health": health_names()})
 
-    def _change(self, name: str, value: float | bool) -> None:
-        try:
-            self._set_params(**{name: value})
-        except LevelheadError as error:
-            self._list_event("not_set", f"**{plain_text(name)}** was not set: {plain_text(str(error))}")
-            if self._params is not None:
-                self.page.parameters.set(self._params)
+    def _set(self, asked: JsonObject) -> bytes:
+        """Asks the node for other parameters."""
+        self._set_params(**asked["values"])
+        return pack_block({})
 
-    def _show_status(self, now: float) -> None:
-        orientation = self._last
-        if orientation is None:
-            self.page.status.content = "no orientation yet"
-            return
-        if not orientation.valid:
-            self.page.status.content = f"**no valid orientation for {now - self._arrived:.1f} s**"
-            return
-        reader = self._subscriptions["orientation"]
-        angles = [math.degrees(angle) for angle in orientation.euler]
-        text = f"sample {orientation.seq}, {clock(orientation.stamp)}, age {1e3 * reader.age:.0f} ms"
+    def _record(self, asked: JsonObject) -> bytes:
+        """Begins or ends a black box of what this page's server hears."""
+        with self._changed:
+            if asked["on"] and self._box is None:
+                box = BlackBox(self._folder / f"{datetime.now():levelhead-%Y-%m-%d-%H%M%S}.mcap")
+                box.begin(self._config)
+                self._box, self._recorded = box, 0
+            elif not asked["on"] and self._box is not None:
+                box, self._box = self._box, None
+                box.close()
+        return pack_block({})
+
+    def stream(self) -> Iterator[bytes]:
+        """Rows and events since the last block, and the state of now: at least every 0.2 s, so that silence shows."""
+        rows = events = 0
+        while not self._over.is_set():
+            with self._changed:
+                self._changed.wait(WAIT)
+                new = min(self._row_count - rows, len(self._rows))
+                table = np.array(list(islice(self._rows, len(self._rows) - new, None)))
+                listed = list(self._events)[max(0, len(self._events) - (self._event_count - events)) :]
+                rows, events = self._row_count, self._event_count
+                header = {"state": self._state(), "events": listed}
+            yield pack_block(header, row_columns(table) if new else None)
+            time.sleep(PERIOD)
+
+    def _state(self) -> JsonObject:
+        """What holds now."""
+        last, reader = self._last, self._newest
+        state: JsonObject = {"valid": False, "words": [], "failure": self._failure}
+        if last is not None:
+            state |= {"valid": last.valid and not self._failure, "words": last.words, "seq": last.seq}
+            state |= {"stamp": 1e-9 * last.stamp, "age": finite(reader.age)}
         if reader.clock_uncertainty > 0.0:
-            text += f", node's clock {1e3 * reader.clock_offset:+.1f} ± {1e3 * reader.clock_uncertainty:.1f} ms"
-        text += "".join(f", {words}" for words in orientation.words)
-        band = two_sigma(np.array([orientation.sigma]))[0].tolist()
-        self.page.status.content = status_text(angles, band, text)
+            state |= {"offset": finite(reader.clock_offset), "uncertainty": finite(reader.clock_uncertainty)}
+        if self._config:
+            params = filters.find(self._config["filter"]).params(**self._config["params"])
+            state |= {"filter": filter_description(params), "source": str(self._config.get("source", ""))}
+        if (box := self._box) is not None:
+            state["record"] = {"path": str(box.path), "rows": self._recorded, "failure": box.failure}
+        return state
 
-    def _draw_charts(self) -> None:
-        if len(self._rows) < 2:
-            return
-        t, angles, sigma, bias, gyr, acc, mag = np.split(np.array(self._rows), [1, 4, 7, 10, 13, 16], axis=1)
-        curves = unwrap(angles)
-        assert self.page.charts is not None
-        self.page.charts.set_data(
-            ChartData(t[:, 0], curves, two_sigma(sigma), unwrap_to(tilt_of(acc), curves[:, :2]), bias, gyr, acc, mag)
-        )
-
-    def wait(self) -> None:
-        """Until Ctrl-C."""
-        while not self._over.wait(1.0):
-            pass
-
-    def stop(self) -> None:
-        """Closes the page and the subscriptions."""
+    def close(self) -> None:
+        """Ends the subscriptions, and a record."""
         self._over.set()
         self._thread.join()
-        for subscription in self._subscriptions.values():
+        if self._box is not None:
+            self._box.close()
+        for subscription in (*self._history.values(), self._newest):
             subscription.close()
-        self.page.stop()
 
 
-def clock(stamp: int) -> str:
-    """A stamp (ns since 1970) as this machine's clock time, to the millisecond."""
-    return datetime.fromtimestamp(1e-9 * stamp).strftime("%H:%M:%S.%f")[:-3]
+def row_columns(table: Untyped) -> dict[str, Untyped]:
+    """(n, 21) rows as columns of a block."""
+    edges = {
+        "t": (0, 1),
+        "quat": (1, 5),
+        "sigma": (5, 8),
+        "bias": (8, 11),
+        "gyr": (11, 14),
+        "acc": (14, 17),
+        "mag": (17, 20),
+    }
+    columns = {name: table[:, low:high].astype(np.float32) for name, (low, high) in edges.items()}
+    return columns | {"t": table[:, 0], "health": table[:, 20].astype(np.uint32)}
+
+
+def finite(value: float) -> float | None:
+    """A number; JSON has no NaN."""
+    return value if math.isfinite(value) else None

@@ -1,0 +1,52 @@
+"""A block: a JSON header and columns of numbers as bytes, which the page reads as typed arrays without a copy.
+
+Layout, little-endian: "LHB1", length of the header (uint32), the header (JSON), padding to 8 bytes, then the columns in
+the order of the header's "columns", each padded to 8 bytes. An entry is [name, type, rows, width]; type f8, f4, u4 or
+u1.
+"""
+
+import json
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from levelhead.open_types import JsonObject, Untyped
+
+MAGIC = b"LHB1"
+ALIGNMENT = 8  # bytes: that of float64
+TYPES = {"f8": "<f8", "f4": "<f4", "u4": "<u4", "u1": "u1"}
+
+
+def pack_block(header: JsonObject, columns: Mapping[str, NDArray[Untyped]] | None = None) -> bytes:
+    """A block as bytes; arrays of (n,) or (n, k) with one of the four types."""
+    described, parts = [], []
+    for name, values in (columns or {}).items():
+        kind = f"{values.dtype.kind}{values.dtype.itemsize}"
+        width = 1 if values.ndim == 1 else values.shape[1]
+        described.append([name, kind, len(values), width])
+        parts.append(_padded(np.ascontiguousarray(values, TYPES[kind]).tobytes()))
+    head = json.dumps(header | {"columns": described}, allow_nan=False).encode()
+    start = MAGIC + len(head).to_bytes(4, "little") + head
+    return b"".join([_padded(start), *parts])
+
+
+def unpack_block(data: bytes) -> tuple[JsonObject, dict[str, NDArray[Untyped]]]:
+    """The header and the columns of a block."""
+    length = int.from_bytes(data[4:8], "little")
+    header: JsonObject = json.loads(data[8 : 8 + length])
+    columns, at = {}, _after(8 + length)
+    for name, kind, rows, width in header.pop("columns"):
+        values = np.frombuffer(data, TYPES[kind], rows * width, at)
+        columns[name] = values if width == 1 else values.reshape(rows, width)
+        at = _after(at + values.nbytes)
+    return header, columns
+
+
+def _after(place: int) -> int:
+    """The next place at which a column may begin."""
+    return place + -place % ALIGNMENT
+
+
+def _padded(data: bytes) -> bytes:
+    return data + bytes(-len(data) % ALIGNMENT)

@@ -1,0 +1,28 @@
+// Bundles the page into the package, with a list of what it contains and under which licence.
+import { cpSync, mkdirSync, readFileSync, rmSync, writeFileSync } from "node:fs";
+import { build } from "esbuild";
+
+const target = process.argv[2] ?? "../src/levelhead/publish/page";
+rmSync(target, { recursive: true, force: true });
+mkdirSync(target, { recursive: true });
+const { metafile } = await build({
+  entryPoints: { app: "src/main.ts", style: "src/style.css" },
+  outdir: target, bundle: true, minify: true, format: "esm", target: "es2022", metafile: true, legalComments: "none",
+  logLevel: "warning",
+});
+cpSync("index.html", `${target}/index.html`);
+cpSync("../docs/_static/logo.svg", `${target}/logo.svg`);
+
+const packages = new Set(Object.keys(metafile.inputs).filter((path) => path.startsWith("node_modules/"))
+  .map((path) => path.split("/").slice(1, path.startsWith("node_modules/@") ? 3 : 2).join("/")));
+const parts = [...packages].sort().map((name) => {
+  const about = JSON.parse(readFileSync(`node_modules/${name}/package.json`, "utf8"));
+  if (!["MIT", "BSD-2-Clause", "BSD-3-Clause", "ISC", "Apache-2.0"].includes(about.license)) {
+    throw new Error(`${name} has the licence ${about.license}, which levelhead does not ship`);
+  }
+  const text = ["LICENSE", "LICENSE.md", "license"].map((file) => {
+    try { return readFileSync(`node_modules/${name}/${file}`, "utf8"); } catch { return ""; }
+  }).find((one) => one) ?? "";
+  return `${name} ${about.version}, ${about.license}\n\n${text.trim()}\n`;
+});
+writeFileSync(`${target}/licences.txt`, parts.join(`\n${"-".repeat(80)}\n\n`));
