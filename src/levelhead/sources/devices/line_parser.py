@@ -6,12 +6,14 @@ The first lines are looked at like a file; what was concluded (columns, units) t
 import math
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
 from levelhead.errors import LevelheadError
 from levelhead.open_types import JsonObject, ReadOnlyJson
+from levelhead.recording import Array
 from levelhead.sample import Sample, Triple
 from levelhead.sources.conclusion import Conclusion
 from levelhead.sources.formats.json_log import Garbage, flatten_line
@@ -20,7 +22,7 @@ from levelhead.sources.formats.text.cells import MISSING, cells, is_comment
 from levelhead.sources.formats.text.layout import Layout, layout_of
 from levelhead.sources.hints import Hints
 from levelhead.sources.interpret import interpret
-from levelhead.sources.interpret.by_numbers import map_words
+from levelhead.sources.interpret.by_numbers import map_words, name_by_numbers, shows_turn
 from levelhead.sources.interpret.raw_counts import DEFAULT_SCALES, mpu6050_scales
 from levelhead.sources.interpret.roles import assign
 from levelhead.sources.table import ArrayTable
@@ -32,6 +34,7 @@ MIN_INTERVAL = 1e-3  # s between two samples, at least
 UNDERSTOOD = 0.5  # s from the first line, after which it is said what is still missing
 MIN_NUMBERS = 6  # numbers of a gyroscope and an accelerometer
 PATIENCE = 200  # lines that make no sense, before it is said that none does
+GUESS_TIME, GUESS_LINES, GUESS_STEP = 2.0, 50, 25  # s and lines before columns are guessed; lines until the next try
 
 
 class StampedLine(NamedTuple):
@@ -247,17 +250,40 @@ class LineParser:
                 return layout_of(lines[i:], self.source)
         if {"gyr", "acc"} <= set(self.hints.map):
             return layout
-        if len(self._seen) < PATIENCE:
-            return None
-        width = len(layout.names)
+        width, count = len(layout.names), len(self._seen)
+        if count < PATIENCE:
+            ripe = count >= GUESS_LINES and self._seen[-1][1] - self._seen[0][1] >= GUESS_TIME
+            return self._guessed(layout, lines) if ripe and count % GUESS_STEP == 0 and width >= MIN_NUMBERS else None
         if width < MIN_NUMBERS:
             raise LevelheadError(
                 f"{self.source} sends {width} number{'s' * (width > 1)} per line; expected a gyroscope and an "
                 "accelerometer of three axes each, with a header that names them, or words before the numbers"
             )
-        raise LevelheadError(
-            f"{self.source} sent no header that names its {width} columns; name them{self._how(lines)}"
-        )
+        guessed = self._guessed(layout, lines)
+        if guessed is None:
+            raise LevelheadError(
+                f"{self.source} sent no header that names its {width} columns, and its numbers do not show them; turn "
+                f"the sensor while it starts, or name them{self._how(lines)}"
+            )
+        return guessed
+
+    def _guessed(self, layout: Layout, lines: Sequence[str]) -> Layout | None:
+        """The layout with names by the lines' numbers, as for files without a header; None: they do not show it."""
+        if self.hints.map:
+            return None
+        values = _values(layout, lines)
+        table = ArrayTable(self.source, {name: values[:, i] for i, name in enumerate(layout.names)})
+        try:
+            named = name_by_numbers(table, self.hints)
+        except LevelheadError:
+            return None
+        facts = named.conclusions[-1].facts if named.conclusions else {}
+        if len(named.names) != len(layout.names) or facts.get("step", 0.0) != 0.0:
+            return None  # rows by turns, or increments, which one line alone does not show
+        if len(named.names) - ("t" in named.names) > MIN_NUMBERS and not shows_turn(named):
+            return None  # at rest a magnetometer may pass for it
+        self.conclusions += named.conclusions
+        return replace(layout, names=tuple(named.names))
 
     def _alike(self) -> list[str]:
         """The lines with the usual number of cells: the first one may be the end of a line."""
@@ -275,9 +301,7 @@ class LineParser:
         return f", or name them{self._how(lines)}"
 
     def _how(self, lines: Sequence[str]) -> str:
-        layout = layout_of(lines, self.source)
-        rows = [[_or_nan(cell, layout.decimal_comma) for cell in cells(line, layout.delimiter)] for line in lines]
-        return f", such as {map_words(np.array(rows))} (columns by number)"
+        return f", such as {map_words(_values(layout_of(lines, self.source), lines))} (columns by number)"
 
     def _conclude(self, rows: Sequence[StampedLine]) -> dict[str, QuantityColumns]:
         values = np.array([row.values for row in rows], dtype=np.float64)
@@ -310,6 +334,11 @@ class LineParser:
         # Lines come in bursts; samples are taken evenly.
         stamps = np.linspace(0.0, max(rows[-1].at - rows[0].at, MIN_INTERVAL * len(rows)), len(rows))
         return {"host_time_s": stamps, **arrays}, Hints({**hints.map, "t": ["host_time_s"]}, hints.scale)
+
+
+def _values(layout: Layout, lines: Sequence[str]) -> Array:
+    """(n, k) the numbers of lines; NaN where there is none."""
+    return np.array([[_or_nan(cell, layout.decimal_comma) for cell in cells(line, layout.delimiter)] for line in lines])
 
 
 def _forward(arrays: ReadOnlyJson, time: str) -> JsonObject:

@@ -58,7 +58,7 @@ def name_columns(table: Table, hints: Hints) -> Table:
         LevelheadError: no three columns that look like an accelerometer with a gyroscope beside it.
     """
     if table.unnamed:
-        return table if {"gyr", "acc"} <= set(hints.map) else _by_numbers(table, hints)
+        return table if {"gyr", "acc"} <= set(hints.map) else name_by_numbers(table, hints)
     return table if hints.map else _matrix(table) or table
 
 
@@ -74,7 +74,8 @@ def _matrix(table: Table) -> ArrayTable | None:
     return with_sensors(table, columns, times[0])
 
 
-def _by_numbers(table: Table, hints: Hints) -> ArrayTable:
+def name_by_numbers(table: Table, hints: Hints) -> ArrayTable:
+    """A table without names, named by its numbers; raises as ``name_columns`` does."""
     width = len(table.names)
     positions = [i for i in range(width) if i not in words_of(table)][:_MAX_COLUMNS]
     if width == len(_AXES) and (stacked := _stacked_rows(table)) is not None:
@@ -406,6 +407,14 @@ def _gyroscope(values: Array, t: Array, acc: Triple, triples: Sequence[Triple]) 
         if turn is not None and turn.turned > _MIN_TURN and abs(turn.correlation) > correlation:
             correlation, best = abs(turn.correlation), triple
     return best or _beside(values, acc, triples)
+
+
+def shows_turn(table: ArrayTable) -> bool:
+    """Whether gravity turns with the gyroscope in a table that ``name_by_numbers`` has named; at rest it does not."""
+    gyr, acc = (np.stack([table.arrays[f"{role}_{axis}"] for axis in _AXES], axis=1) for role in ("gyr", "acc"))
+    t = _seconds(table.arrays["t"]) if "t" in table.arrays else np.arange(len(gyr)) / 100.0
+    turn = turn_of_gravity(t, gyr, acc / median_norm(acc) * GRAVITY)
+    return turn is not None and turn.turned > _MIN_TURN and abs(turn.correlation) > _MIN_CORRELATION
 
 
 def _beside(values: Array, acc: Triple, triples: Sequence[Triple]) -> Triple:
