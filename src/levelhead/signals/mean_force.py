@@ -55,7 +55,7 @@ def steadiness_of_gravity(t: Array, gyr: Array, acc: Array, away: float = 0.3) -
         return _NOTHING
     rows = np.arange(size)[:, None] + starts
     turn = gyr[rows] * np.minimum(np.diff(t, append=t[-1] + step), 2.0 * step)[rows][..., None]
-    radians, degrees = _held(turn, acc[rows]), _held(turn * (math.pi / 180.0), acc[rows])
+    radians, degrees = (_held(_rotations(factor * turn[:-1]), acc[rows]) for factor in (1.0, math.pi / 180.0))
     path = np.sqrt((turn * turn).sum(axis=-1)).sum(axis=0)
     informative = (np.abs(radians - degrees) > 0.02) & (path > 0.5)
     if not informative.any():
@@ -76,22 +76,31 @@ def _near_gravity(
     return near
 
 
-def _held(turn: Array, acc: Array) -> Array:
-    """Length of the sum of (size, m, 3) ``acc`` turned back by ``turn`` rad, over the sum of lengths: (m,)."""
-    total = _turned_sum(turn[:-1], acc)
+def _held(rotation: Array, acc: Array) -> Array:
+    """Length of the sum of (size, m, 3) ``acc`` in the first frame over the sum of lengths: (m,)."""
+    total = _turned_sum(rotation, acc)
     held: Array = np.sqrt((total * total).sum(axis=1)) / np.sqrt((acc * acc).sum(axis=-1)).sum(axis=0)
     return held
 
 
-def _turned_sum(turn: Array, acc: Array) -> Array:
-    """The sum of (size, m, 3) ``acc`` in the frame of the first; (size − 1, m, 3) ``turn`` rad lie between: (m, 3)."""
-    angle = np.sqrt((turn * turn).sum(axis=-1))[..., None, None]
-    skew = np.zeros((*turn.shape, 3))
-    for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
-        skew[..., j, i], skew[..., i, j] = turn[..., k], -turn[..., k]
-    rotation = np.eye(3) + np.sinc(angle / math.pi) * skew + 0.5 * np.sinc(angle / (2 * math.pi)) ** 2 * (skew @ skew)
+def _rotations(turn: Array) -> Array:
+    """(…, 3, 3) rotation matrices of (…, 3) rotation vectors (O. Rodrigues, 1840)."""
+    x, y, z = np.moveaxis(turn, -1, 0)
+    angle = np.sqrt(x * x + y * y + z * z)
+    a, b = np.sinc(angle / math.pi), 0.5 * np.sinc(angle / (2 * math.pi)) ** 2
+    ax, ay, az, bx, by, bz = a * x, a * y, a * z, b * x, b * y, b * z
+    made = np.empty((*turn.shape, 3))
+    made[..., 0, 0], made[..., 1, 1], made[..., 2, 2] = 1 - by * y - bz * z, 1 - bx * x - bz * z, 1 - bx * x - by * y
+    made[..., 0, 1], made[..., 1, 0] = bx * y - az, bx * y + az
+    made[..., 0, 2], made[..., 2, 0] = bx * z + ay, bx * z - ay
+    made[..., 1, 2], made[..., 2, 1] = by * z - ax, by * z + ax
+    return made
+
+
+def _turned_sum(rotation: Array, acc: Array) -> Array:
+    """The sum of (size, m, 3) ``acc`` in the first frame, (m, 3); (size − 1, m, 3, 3) ``rotation`` lie between."""
     total: Array = acc[-1][..., None]
-    for i in reversed(range(len(turn))):
+    for i in reversed(range(len(rotation))):
         total = acc[i][..., None] + rotation[i] @ total
     return total[..., 0]
 
@@ -133,14 +142,15 @@ def mean_forces(t: Array, gyr: Array, acc: Array, window: float) -> MeanForce:
     rows = np.arange(size)[:, None] + starts
     turn, force = gyr[rows] * np.minimum(np.diff(t, append=t[-1] + step), 2.0 * step)[rows][..., None], acc[rows]
     middle = size // 2
-    before = _turned_sum(-turn[:middle][::-1], force[: middle + 1][::-1])
-    after = _turned_sum(turn[middle:-1], force[middle:])
+    rotation = _rotations(turn[:-1])
+    before = _turned_sum(rotation[:middle][::-1].swapaxes(-1, -2), force[: middle + 1][::-1])
+    after = _turned_sum(rotation[middle:], force[middle:])
     apart = before / (middle + 1) - after / (size - middle)
     return MeanForce(
         np.sqrt(((before + after - force[middle]) ** 2).sum(axis=1)) / size,
         np.sqrt((apart**2).sum(axis=1)),
         np.sqrt(force.var(axis=0).sum(axis=1)),
-        np.sqrt(2.0 * (1.0 - _held(turn, np.broadcast_to(force.mean(axis=0), force.shape))).clip(0.0)),
+        np.sqrt(2.0 * (1.0 - _held(rotation, np.broadcast_to(force.mean(axis=0), force.shape))).clip(0.0)),
         *_ways(turn, force, max(1, round(_SMOOTH / step))),
     )
 
