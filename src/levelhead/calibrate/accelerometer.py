@@ -3,7 +3,7 @@
 With the reading f the true specific force is a = f − T f − c. T is upper triangular: the frame is that of the sensor in
 which its x axis is the accelerometer's, and its y axis in the plane of the accelerometer's x and y (D. Tedaldi, A.
 Pretto, E. Menegatti, A robust and easy to implement method for IMU calibration without external equipments, ICRA 2014,
-eqs. 1 to 10).
+eqs. 1 to 10). Of the six sides alone come c and the diagonal of T; the other three need poses on edges.
 """
 
 from collections.abc import Sequence
@@ -15,7 +15,8 @@ from levelhead.calibrate.poses import Pose
 from levelhead.recording import Array
 
 UPPER = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))  # places in T, in the order of the parameters after c
-PRIOR = np.array([0.5] * 3 + [0.05] * 6)  # 1σ before any measurement: m/s², fractions
+PRIOR = np.array([0.5] * 3 + [0.05] * 3 + [0.02] * 3)  # 1σ before any measurement: m/s², fractions
+DOUBT = 0.003  # m/s², error of a pose by the table and the sensor's curvature, as far as poses do not show it
 NAMES = (
     "bias x",
     "bias y",
@@ -43,6 +44,18 @@ def correct_forces(parameters: Array, acc: Array) -> Array:
     return corrected
 
 
+def direction_sigma(covariance: Array, acc: Array) -> Array:
+    """(n,) rad, 1σ of a component of the direction of (n, 3) readings by the covariance (9, 9) of the numbers."""
+    change = np.zeros((len(acc), 3, 9))
+    change[:, :, :3] = -np.eye(3)
+    for number, (i, j) in enumerate(UPPER, 3):
+        change[:, i, number] = -acc[:, j]
+    across = change - np.einsum("ki,kj,kjn->kin", acc, acc, change) / np.square(acc).sum(axis=1)[:, None, None]
+    variance = 0.5 * np.einsum("kin,nm,kim->k", across, covariance, across)
+    sigma: Array = np.sqrt(variance) / np.linalg.norm(acc, axis=1)
+    return sigma
+
+
 def excess(parameters: Array, acc: Array, gravity: float) -> Array:
     """(n,) |a| − g in m/s²."""
     left: Array = np.linalg.norm(correct_forces(parameters, acc), axis=1) - gravity
@@ -50,13 +63,14 @@ def excess(parameters: Array, acc: Array, gravity: float) -> Array:
 
 
 def fit_accelerometer(poses: Sequence[Pose], gravity: float) -> Solution:
-    """c, then T."""
+    """c, then T; a number that the poses do not determine stays near 0, with the σ that it has without them."""
     acc, sigma = np.array([pose.acc for pose in poses]), np.array([pose.sigma for pose in poses])
-    return solve(lambda parameters: excess(parameters, acc, gravity) / sigma, np.zeros(9), PRIOR)
+    doubt = DOUBT / float(np.median(sigma))
+    return solve(lambda parameters: excess(parameters, acc, gravity) / sigma, np.zeros(9), PRIOR, doubt)
 
 
-def information(direction: Array, gravity: float, sigma: float) -> Array:
-    """(9,) how a pose with this side up would change the residual, over σ: a row of the Jacobian."""
+def information(direction: Array, gravity: float) -> Array:
+    """(…, 9) how the residual of a pose with the side (…, 3) up changes with the numbers: rows of the Jacobian."""
     force = gravity * direction
-    rows = [-direction[i] * force[j] for i, j in UPPER]
-    return np.concatenate([-direction, rows]) / sigma
+    rows = [-direction[..., i] * force[..., j] for i, j in UPPER]
+    return np.concatenate([-direction, np.stack(rows, axis=-1)], axis=-1)

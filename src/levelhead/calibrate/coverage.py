@@ -31,7 +31,7 @@ def unobservable_numbers(sigma: Array) -> list[str]:
 
 def unobservable_rates(sigma: Array) -> list[str]:
     """Axes of the gyroscope whose scale the turns have not told, from the (3, 3) σ of S."""
-    return [axis for i, axis in enumerate("xyz") if sigma[i, i] > UNLEARNED * gyroscope.PRIOR]
+    return [axis for i, axis in enumerate("xyz") if sigma[i, i] > UNLEARNED * gyroscope.SCALE]
 
 
 def unobservable_field(found: FieldFit) -> list[str]:
@@ -62,7 +62,7 @@ def _corners(side: Array) -> int:
 
 def _best(now: Array, gravity: float, sigma: float, sides: list[Array]) -> tuple[int, Array, float]:
     """Which of the sides leaves least of the variances, their covariance then, and the variances over the prior's."""
-    after = [_with(now, information(side / np.linalg.norm(side), gravity, sigma)) for side in sides]
+    after = [_with(now, information(side / np.linalg.norm(side), gravity) / sigma) for side in sides]
     badness = [float((np.diag(one) / PRIOR**2).sum()) for one in after]
     best = int(np.argmin(np.round(badness, 3) + 1e-4 * np.array([_corners(side) for side in sides])))
     return best, after[best], badness[best]

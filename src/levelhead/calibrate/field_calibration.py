@@ -125,7 +125,7 @@ def calibrate_magnetometer(
     fit = fit_field(blocks)
     progress(0.5)
     heading = heading_gain(blocks, fit, lambda share: progress(0.5 + 0.5 * share))
-    if heading.ratio < 1.0:
+    if not heading.better:
         raise LevelheadError(
             f"the magnetometer is as good without a calibration: heading by the field is off by {heading.before:.2g}° "
             f"without and {heading.held_out:.2g}° with one, where held out; no file is needed, or more turns are: "
@@ -219,7 +219,7 @@ def heading_gain(
         others = fit_field(blocks, part != fold, fit)
         held[part == fold] = heading_errors(blocks, others)[part == fold]
         progress((fold + 1) / FOLDS)
-    return Residual(_rms(before), _rms(heading_errors(blocks, fit)), _rms(held), "°")
+    return Residual(_rms(before), _rms(heading_errors(blocks, fit)), _rms(held), "°", len(blocks))
 
 
 def _rms(values: Array) -> float:

@@ -209,7 +209,7 @@ def assess(recording: Recording, gravity: float, least: int) -> Assessment:
     axes: list[str] = []
     field: list[str] = []
     if not unknown and len(poses) >= least:
-        rate = rate_solution(turns, poses, force)
+        rate = rate_solution(turns, poses, level)
         axes = list("xyz") if rate is None else unobservable_rates(rate.sigma.reshape(3, 3))
         logs = correct_logs([recording], level, rate, gyr_bias(poses)[0])
         field = unobservable_field(fit_field(field_blocks(logs, 0.0))) if logs else []

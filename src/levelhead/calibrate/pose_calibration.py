@@ -9,19 +9,35 @@ from levelhead.calibration import Calibration, Quantity
 from levelhead.open_types import JsonObject
 from levelhead.recording import Array
 
+MIN_GAIN = 1.2  # from which gain on a calibration is worth a file
+
 
 class Residual(NamedTuple):
-    """RMS of what is left without and with the calibration, and with one that has not seen the pose or turn."""
+    """RMS of the errors without and with a calibration.
+
+    Attributes:
+        before: without.
+        after: with the calibration.
+        held_out: with one that has not seen the pose or turn; where none could be left out, ``after`` or its 1σ.
+        unit: of these.
+        left_out: how many poses, turns or blocks were left out once; 0: each was needed.
+    """
 
     before: float
     after: float
     held_out: float
     unit: str
+    left_out: int
 
     @property
     def ratio(self) -> float:
-        """How many times better the calibration is on what it has not seen."""
+        """How many times better the calibration is on poses or turns that it has not seen."""
         return self.before / max(self.held_out, 1e-12)
+
+    @property
+    def better(self) -> bool:
+        """Whether it is worth its place in the file."""
+        return self.ratio >= MIN_GAIN
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,13 +100,11 @@ def digits(value: float) -> str:
 def words_of_gain(name: str, part: Residual, where: str) -> str:
     """A sentence: before, after, where held out, and how much better that is."""
     gap = "" if part.unit == "°" else " "
-    said = (
-        f"{name}: {part.before:.3g}{gap}{part.unit} before, {part.after:.3g} after ({where}), "
-        f"{part.held_out:.3g} where held out"
-    )
-    if part.ratio > 1.05:
+    judged = f"{part.held_out:.3g} where held out" if part.left_out else "none could be left out"
+    said = f"{name}: {part.before:.3g}{gap}{part.unit} before, {part.after:.3g} after ({where}), {judged}"
+    if part.better:
         return f"{said}: better than no calibration by {digits(part.ratio)} ×"
-    return f"{said}: no better than no calibration"
+    return f"{said}: no better than no calibration, so the file leaves it out"
 
 
 def quantity(value: Array, sigma: Array, prior: Array) -> Quantity:

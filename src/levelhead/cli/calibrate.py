@@ -36,6 +36,7 @@ def calibrate(
     gyr_range: Annotated[float, Parameter(metavar="DEG/S")] = 500.0,
     acc_range: Annotated[float, Parameter(metavar="G")] = 4.0,
     gravity: Annotated[float, Parameter(metavar="M/S²")] = GRAVITY,
+    turn: Annotated[float | None, Parameter(metavar="DEG")] = None,
     out: Annotated[Path, Parameter(name=["--out", "-o"], metavar="DIR")] = Path(),
     plot: bool = True,
     json: Annotated[bool, Parameter(negative="")] = False,
@@ -43,8 +44,10 @@ def calibrate(
 ) -> None:
     """Calibrate a sensor: put it down in a dozen poses, still for 2 s each, and turn it by hand from one to the next.
 
-    Finds the poses and solves for the errors of accelerometer, gyroscope and magnetometer. Prints each number with its
-    σ, the poses that are missing, and the gain on poses that were left out. Writes LOG-calibration.json for the
+    Finds the poses, put down or held by hand, and solves for the errors of accelerometer, gyroscope and magnetometer.
+    Six sides give offsets and scales; edges add cross-axis numbers. Prints each number with its σ, the poses that are
+    missing, and the gain on poses that were left out. A sensor without a gain is left out of the file. An axis that is
+    reversed, swapped, clipped or stuck is named, and there is no file. Writes LOG-calibration.json for the
     --prior of `fuse` and `export` and for --calibration, and LOG-poses.png. With --live it guides you from pose to pose
     until every number is determined. Ctrl-C ends without a file.
 
@@ -65,6 +68,8 @@ def calibrate(
         gyr_range: full scale of a chip's gyroscope.
         acc_range: full scale of a chip's accelerometer.
         gravity: at your place, m/s²; 9.780 at the equator, 9.832 at a pole.
+        turn: known angle of turns on a level table, in degrees. Lay an edge against a ruler, wait, turn the sensor by
+            a multiple of it, and lay the same edge there again: --turn 360 for whole turns.
         out: folder for the results.
         plot: draw the picture (needs the extra levelhead[plot]).
         json: print numbers, residuals and verdict as JSON.
@@ -87,7 +92,7 @@ def calibrate(
         with progress("reading"):
             recordings = [read_uncalibrated(reading, log) for log in logs]
     with progress("calibrating") as report:
-        found = calibrate_sensor(recordings, gravity=gravity, progress=report)
+        found = calibrate_sensor(recordings, gravity=gravity, turn=turn, progress=report)
     name = logs[0].stem if logs else LIVE_NAME
     written = [folder(out) / f"{name}-calibration.json"]
     found.calibration.save(written[0])
