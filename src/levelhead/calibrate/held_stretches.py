@@ -6,8 +6,8 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
-from levelhead.signals.rest import StillStretch
 from levelhead.recording import Array, Recording
+from levelhead.signals.rest import StillStretch
 from levelhead.units import DEGREE
 
 BLOCK = 0.1  # s, over which readings are averaged

@@ -6,8 +6,8 @@ from typing import NamedTuple
 import numpy as np
 
 from levelhead.calibrate.held_stretches import held_stretches
-from levelhead.signals.rest import StillStretch, still_stretches
 from levelhead.recording import Array, Recording
+from levelhead.signals.rest import StillStretch, still_stretches
 
 MIN_POSE = 1.0  # s of a pose
 TRIM = 0.25  # s at both ends of a pose, where the hand lets go
