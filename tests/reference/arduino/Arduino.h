@@ -16,6 +16,7 @@ struct Port {
   void begin(unsigned long) {}
   void print(const char *text) { std::fputs(text, stdout); }
   void print(char letter) { std::putchar(letter); }
+  void print(unsigned long number) { std::printf("%lu", number); }
   void print(long number) { std::printf("%ld", number); }
   void print(float number, int digits) { std::printf("%.*f", digits, (double)number); }
   void println(const char *text = "") { std::puts(text); }
