@@ -60,6 +60,8 @@ if TYPE_CHECKING:
     from levelhead.filters import Mahony as Mahony
     from levelhead.filters import RollPitchKalman as RollPitchKalman
     from levelhead.filters import Triad as Triad
+    from levelhead.gaits import Gait as Gait
+    from levelhead.gaits import gait as gait
     from levelhead.guard import Guard as Guard
     from levelhead.inspection import inspect as inspect
     from levelhead.joints import Joint as Joint
@@ -71,6 +73,7 @@ if TYPE_CHECKING:
     from levelhead.recording import Pressure as Pressure
     from levelhead.recording import Recording as Recording
     from levelhead.recording import Truth as Truth
+    from levelhead.recording import ZeroVelocity as ZeroVelocity
     from levelhead.sources import read as read
     from levelhead.sources.chunked import read_chunks as read_chunks
     from levelhead.sources.pipeline import interpret as interpret
@@ -104,12 +107,13 @@ _HOMES = {
         "AccelTilt", "BiasRateKalman", "Complementary", "EKF", "ESKF", "GyroIntegration", "Kalman", "Madgwick",
         "Mahony", "RollPitchKalman", "Triad",
     ),
+    "levelhead.gaits": ("Gait", "gait"),
     "levelhead.guard": ("Guard",),
     "levelhead.inspection": ("inspect",),
     "levelhead.joints": ("Joint", "joint"),
     "levelhead.noise": ("NoiseModel", "measure_noise"),
     "levelhead.parameter_file": ("ParameterFile",),
-    "levelhead.recording": ("Gnss", "Pressure", "Recording", "Truth"),
+    "levelhead.recording": ("Gnss", "Pressure", "Recording", "Truth", "ZeroVelocity"),
     "levelhead.sources": ("read",),
     "levelhead.sources.chunked": ("read_chunks",),
     "levelhead.sources.pipeline": ("interpret",),

@@ -259,6 +259,36 @@ class Gnss:
         return Gnss(self.t, parts[0], parts[1], self.sigma_position, self.sigma_velocity)
 
 
+@dataclass(frozen=True, eq=False)
+class ZeroVelocity:
+    """Instants at which the sensor stood still, such as those of a foot on the ground, on the clock of the recording.
+
+    A measurement of velocity without direction: it bounds velocity and tilt, and position then drifts by step only.
+
+    Attributes:
+        t: (n,) s, strictly increasing; one for each sample that stood still.
+        sigma: 1σ in m/s of the velocity along each axis, one number or (n,).
+
+    Raises:
+        LevelheadError: one sentence with the field, the row and the unit expected.
+    """
+
+    t: Array
+    sigma: Array | float = 0.1
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "t", time_array(self.t, "zero_velocity.t"))
+        object.__setattr__(self, "sigma", _deviation("zero_velocity.sigma", self.sigma, (len(self.t),), "m/s"))
+
+    def __len__(self) -> int:
+        return len(self.t)
+
+    def between(self, start: float, end: float) -> "ZeroVelocity | None":
+        """The instants from start to end; None if there are none."""
+        rows = _within(self.t, start, end)
+        return ZeroVelocity(self.t[rows], np.asarray(self.sigma)[rows]) if len(self.t[rows]) else None
+
+
 def _within(t: Array, start: float, end: float) -> slice:
     return slice(*np.searchsorted(t, [start, np.nextafter(end, np.inf)]))
 
@@ -277,6 +307,7 @@ class Recording:
         pressure: a barometer beside it, or None.
         gnss: a satellite receiver beside it, or None.
         temperature: (n,) °C of the sensor, or None; NaN where it gave nothing.
+        zero_velocity: when the sensor stood still, or None.
 
     Raises:
         LevelheadError: one sentence with the field, the row and the unit expected.
@@ -291,6 +322,7 @@ class Recording:
     pressure: Pressure | None = None
     gnss: Gnss | None = None
     temperature: Array | None = None
+    zero_velocity: ZeroVelocity | None = None
 
     def __post_init__(self) -> None:
         t = time_array(self.t)
@@ -310,7 +342,7 @@ class Recording:
             object.__setattr__(self, name, array)
         if self.temperature is not None:
             object.__setattr__(self, "temperature", real_array("temperature", self.temperature, (len(t),), "°C"))
-        for name, kind in (("pressure", Pressure), ("gnss", Gnss)):
+        for name, kind in (("pressure", Pressure), ("gnss", Gnss), ("zero_velocity", ZeroVelocity)):
             if not isinstance(getattr(self, name), kind | None):
                 raise LevelheadError(
                     f"{name} is {type(getattr(self, name)).__name__}; expected a levelhead.{kind.__name__} or None"
@@ -341,7 +373,7 @@ class Recording:
         t = self.t[rows]
         seen = {
             name: None if (one := getattr(self, name)) is None or not len(t) else one.between(t[0], t[-1])
-            for name in ("pressure", "gnss")
+            for name in ("pressure", "gnss", "zero_velocity")
         }
         truth = None if self.truth is None else self.truth[rows]
         mag = None if self.mag is None else self.mag[rows]
@@ -349,7 +381,7 @@ class Recording:
         return Recording(t, self.gyr[rows], self.acc[rows], mag, truth, self.meta, **seen, temperature=warmth)
 
     def __repr__(self) -> str:
-        optional = ("mag", "pressure", "gnss", "temperature", "truth")
+        optional = ("mag", "pressure", "gnss", "zero_velocity", "temperature", "truth")
         parts = ["gyr", "acc", *(name for name in optional if getattr(self, name) is not None)]
         missing = int((~self.valid).sum())
         text = f"Recording({len(self)} samples, {self.duration:.1f} s at {self.rate:.1f} Hz: {', '.join(parts)}"

@@ -1,4 +1,4 @@
-"""``levelhead joint``, ``align``, ``sync`` and ``fuse --place``: two sensors, and a place, on the command line."""
+"""``levelhead joint``, ``align``, ``sync``, ``fuse --place`` and ``gait``: two sensors, a place, a foot."""
 
 import numpy as np
 import pytest
@@ -63,3 +63,16 @@ def test_each_sensor_of_a_log_gets_a_track(levelhead, tmp_path):
     np.savetxt(tmp_path / "one.csv", table[:, :7], delimiter=",", header="t,gx,gy,gz,ax,ay,az", comments="")
     one = levelhead("fuse", tmp_path / "one.csv", "--sensor", "all", "-o", tmp_path)
     assert one.code == 2 and "leave --sensor all out" in one.err
+
+
+def test_gait_writes_strides_and_refuses_a_hand(levelhead, pair, tmp_path):
+    motion = simulate.foot(6)
+    npz.write_npz(simulate.observe(motion, simulate.imu("LSM6DSO32")), tmp_path / "shoe.npz")
+    said = levelhead("gait", tmp_path / "shoe.npz", "-o", tmp_path)
+    assert said.code == 0 and "6 strides" in said.out
+    assert len((tmp_path / "shoe-strides.csv").read_text().splitlines()) == 7
+    assert "position_east [m]" in (tmp_path / "shoe-gait.csv").read_text()[:600]
+    assert (tmp_path / "shoe-gait.png").read_bytes().startswith(b"\x89PNG")
+    refused = levelhead("gait", pair / "a.npz", "-o", tmp_path / "none")
+    assert refused.code == 2 and "needs a sensor on a foot" in refused.err
+    assert not (tmp_path / "none").exists()

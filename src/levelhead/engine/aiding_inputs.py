@@ -1,4 +1,4 @@
-"""The readings of a recording's barometer and GNSS receiver as the driver takes them: one number at a time."""
+"""The readings beside a recording's IMU as the driver takes them, one number at a time: pressure, GNSS, rest."""
 
 from typing import NamedTuple
 
@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from levelhead import atmosphere
-from levelhead.filters.contract import HEIGHT, POSITION, VELOCITY
+from levelhead.filters.contract import HEIGHT, POSITION, VELOCITY, ZERO_VELOCITY
 from levelhead.recording import Array, Recording
 
 MOST_EARLY = 1.0  # s before the first sample: an older reading is not used
@@ -56,6 +56,9 @@ def aiding_inputs(recording: Recording) -> AidingInputs | None:
         ):
             if values is not None:
                 columns += [(kind + i, gnss.t, values[:, i], np.asarray(deviation)[:, i]) for i in range(3)]
+    if (still := recording.zero_velocity) is not None:
+        zero, deviation = np.zeros(len(still)), np.asarray(still.sigma)
+        columns += [(ZERO_VELOCITY + i, still.t, zero, deviation) for i in range(3)]
     if not columns:
         return None
     n = len(recording)

@@ -165,7 +165,7 @@ class ChunkSmoother:
                 f"a chunk begins at {chunk.t[0]:.6f} s, after one that ended at {self._last:.6f} s; expected later "
                 "samples"
             )
-        if (chunk.pressure is not None or chunk.gnss is not None) and not self._warned:
+        if (chunk.pressure or chunk.gnss or chunk.zero_velocity) is not None and not self._warned:
             self._warned = True
             logging.getLogger("levelhead").warning(
                 "the smoother works by chunks without pressure and GNSS; with them a recording is smoothed in one piece"

@@ -18,7 +18,7 @@ from levelhead.engine.prior import apply_prior, correct_ticks, keep_prior, read_
 from levelhead.engine.serialization import StreamState, from_bytes, to_bytes
 from levelhead.engine.stepper import MOST_DT, Eleven, Four, axis_stepper, imu_stepper
 from levelhead.errors import LevelheadError
-from levelhead.filters.contract import HEIGHT, POSITION, VELOCITY, AxisReport, NavState, Output
+from levelhead.filters.contract import HEIGHT, POSITION, VELOCITY, ZERO_VELOCITY, AxisReport, NavState, Output
 from levelhead.filters.parameters import FilterChoice, Params
 from levelhead.guard import Guard
 from levelhead.kernels.correction import true_force
@@ -333,6 +333,12 @@ class Stream:
     def update_velocity(self, velocity: Triple, sigma: float | Triple, age: float = 0.0) -> None:
         """Takes a velocity in m/s, earth frame; sigma: 1σ, one number or three."""
         self._update_vector("velocity", "m/s", VELOCITY, velocity, sigma, age)
+
+    def update_zero_velocity(self, sigma: float = 0.1, age: float = 0.0) -> None:
+        """Takes a velocity of zero, of a foot on the ground or a wheel that stands; sigma: 1σ along each axis, m/s."""
+        deviation = _number("sigma", sigma, "m/s", positive=True)
+        for i in range(3):
+            self._update_row(ZERO_VELOCITY + i, 0.0, deviation, age)
 
     def _update_vector(self, name: str, unit: str, row: int, values: Triple, sigma: float | Triple, age: float) -> None:
         try:

@@ -8,7 +8,7 @@ from levelhead.export.config import ExportConfig
 from levelhead.export.kinds import FLOAT, INT, Struct, is_empty, keep_what_is_read
 from levelhead.export.layout import STEP, join_lines, template, wrap_line
 from levelhead.export.type_table import declarator
-from levelhead.filters.contract import HEIGHT, POSITION, VELOCITY
+from levelhead.filters.contract import HEIGHT, POSITION, VELOCITY, ZERO_VELOCITY
 from levelhead.guard import Guard
 from levelhead.kernels import quat
 from levelhead.kernels.vec3 import Vec3
@@ -96,7 +96,13 @@ class ArrayApi(CApi):
         aid = self.program.call(self.aid, [*whole, "row", "value", "sigma", "age"], "&filter->carry")
         place = self.program.call(self.place, ["filter->settings.filter", "filter->carry.run.state"])
         return "\n" + template("aiding.c").substitute(
-            self.common_gaps(), aid=aid, place=place, position=POSITION, velocity=VELOCITY, height=HEIGHT
+            self.common_gaps(),
+            aid=aid,
+            place=place,
+            position=POSITION,
+            velocity=VELOCITY,
+            zero_velocity=ZERO_VELOCITY,
+            height=HEIGHT,
         )
 
     def _values(self) -> str:

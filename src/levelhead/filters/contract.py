@@ -85,7 +85,8 @@ class Inflation(NamedTuple):
 # Rows of an aiding measurement: the first of three axes (east, north, up), or the only one
 POSITION = 0  # m
 VELOCITY = 3  # m/s
-HEIGHT = 6  # m, by barometer
+ZERO_VELOCITY = 6  # m/s, of a body that stands, which has no direction
+HEIGHT = 9  # m, by barometer
 
 
 class Aiding(NamedTuple):

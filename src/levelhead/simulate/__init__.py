@@ -12,6 +12,7 @@ from levelhead.simulate.aiding_sensors import Barometer, Receiver, gnss, pressur
 from levelhead.simulate.circles import circles
 from levelhead.simulate.disturbance import Bumps, Vibration
 from levelhead.simulate.fault import Fault, Faulted, all_faults, apply_fault, parse_fault
+from levelhead.simulate.foot import foot
 from levelhead.simulate.imu import EARTH_FIELD, Imu, Iron, observe
 from levelhead.simulate.lesson import hard_lesson, lesson
 from levelhead.simulate.motion import STYLES, Motion, motion
@@ -39,6 +40,7 @@ __all__ = [
     "all_faults",
     "apply_fault",
     "circles",
+    "foot",
     "gnss",
     "hard_lesson",
     "imu",

@@ -32,6 +32,12 @@ bool ${name}_update_velocity($name *filter, const $real velocity[3], const $real
     return aid_vector(filter, $velocity, velocity, sigma, age);
 }
 
+bool ${name}_update_zero_velocity($name *filter, $real sigma, $real age)
+{
+    const $real value[3] = {$zero, $zero, $zero}, deviation[3] = {sigma, sigma, sigma};
+    return aid_vector(filter, $zero_velocity, value, deviation, age);
+}
+
 bool ${name}_update_height($name *filter, $real height, $real sigma, $real age)
 {
     if (!is_reading(height, sigma, age)) {

@@ -1,10 +1,11 @@
 
-/* A measurement from outside, east, north and up, with its 1 sigma: position in m, velocity in m/s, and height in m by a
- * barometer, whose zero may drift. age: s from it to the last sample, below 0 where it came after. It acts at the end of
+/* A measurement from outside, east, north and up, with its 1 sigma: position in m, velocity in m/s, a velocity of zero
+ * (a foot on the ground, a wheel that stands), and height in m by a barometer, whose zero may drift. age: s from it to the last sample, below 0 where it came after. It acts at the end of
  * a block. False, and it is not taken, if a number is not finite or sigma is not greater than 0.
  */
 bool ${name}_update_position($name *filter, const $real position[3], const $real sigma[3], $real age);
 bool ${name}_update_velocity($name *filter, const $real velocity[3], const $real sigma[3], $real age);
+bool ${name}_update_zero_velocity($name *filter, $real sigma, $real age);
 bool ${name}_update_height($name *filter, $real height, $real sigma, $real age);
 
 /* Position and velocity, and their 1 sigma. */

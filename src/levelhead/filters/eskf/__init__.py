@@ -57,7 +57,7 @@ The estimates of the sensor's errors are ``Track.calibration``, and can be the n
 | ``covariance`` | P ← F P Fᵀ + Q, scalar measurements (13), independent states |
 | ``measurements`` | (14) to (17), and (20) |
 | ``adaptation`` | D (21), variance of u (12), turns (26), walk of b (27), priors (22) to (24), field (33), (34) |
-| ``aiding`` | position, velocity and height beside the IMU |
+| ``aiding`` | position, velocity, height and standing still beside the IMU |
 | ``coarse_heading`` | heading from the velocity of a receiver (30), (31) |
 | ``reinitialise`` | large errors of tilt (38) and heading |
 | ``north`` | north (18), and the turn of the orientation to it (35) |

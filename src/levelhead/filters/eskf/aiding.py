@@ -1,11 +1,13 @@
-"""Aiding of ``ESKF``: measurements of position and velocity (GNSS) and of height (barometer).
+"""Aiding of ``ESKF``: measurements of position and velocity (GNSS), of height (barometer) and of standing still.
 
 Readings come at any time, one number of one row at a time. The innovation of each is computed at once, and averaged by
 weight until the block ends: at most seven scalar measurements a block, whatever the rate of the sensor.
 
     y = z − p + a v,    y = z − v,    y = z − (p_z + β) + a v_z
 
-with a the age of the reading and β the barometer's offset. Position is 0 at the first reading of any row, until a
+with a the age of the reading and β the barometer's offset; z = 0 of a body that stands (I. Skog, P. Händel, J.-O.
+Nilsson, J. Rantakokko, IEEE Trans. Biomed. Eng. 57(11), 2010), which says nothing of heading and is never rejected: far
+from it, velocity was wrong, by an impact. Position is 0 at the first reading of any row, until a
 reading of position sets it. Along an axis with recent readings eq. 20 is left out. When the readings end it
 returns with a larger density: a body that moved at V for some τ = 10 s is a process of density 2 V² τ (A. Gelb,
 Applied Optimal Estimation, 1974, section 3.6: exponentially correlated), added to ``velocity_density``².
@@ -14,7 +16,7 @@ Applied Optimal Estimation, 1974, section 3.6: exponentially correlated), added 
 from math import sqrt
 
 from levelhead.compiler.mark import kernel, noinline
-from levelhead.filters.contract import HEIGHT, POSITION, VELOCITY, NavState
+from levelhead.filters.contract import HEIGHT, POSITION, VELOCITY, ZERO_VELOCITY, NavState
 from levelhead.filters.eskf import coarse_heading
 from levelhead.filters.eskf import state as at
 from levelhead.filters.eskf.covariance import (
@@ -47,6 +49,12 @@ def propagate_mean(m: Floats, dt: float) -> None:
     m[at.MEAN + at.POSITION] += m[at.MEAN + at.VELOCITY] * dt
     m[at.MEAN + at.POSITION + 1] += m[at.MEAN + at.VELOCITY + 1] * dt
     m[at.MEAN + at.POSITION + 2] += m[at.MEAN + at.VELOCITY + 2] * dt
+
+
+@kernel
+def velocity_of(row: int) -> int:
+    """The state that a row of velocity, measured or zero, is about."""
+    return at.VELOCITY + (row - VELOCITY if row < ZERO_VELOCITY else row - ZERO_VELOCITY)
 
 
 @kernel
@@ -87,7 +95,12 @@ def is_aided(m: Floats, axis: int) -> bool:
     """Whether velocity along an axis is observed by recent readings."""
     if m[at.AIDED] == 0.0:
         return False
-    return is_recent(m, POSITION + axis) or is_recent(m, VELOCITY + axis) or (axis == 2 and is_recent(m, HEIGHT))
+    return (
+        is_recent(m, POSITION + axis)
+        or is_recent(m, VELOCITY + axis)
+        or is_recent(m, ZERO_VELOCITY + axis)
+        or (axis == 2 and is_recent(m, HEIGHT))
+    )
 
 
 @noinline
@@ -108,8 +121,8 @@ def initialise_row(m: Floats, row: int, value: float, sigma: float) -> None:
         m[at.MEAN + at.BARO_OFFSET] = value - m[at.MEAN + at.POSITION + 2]
         set_independent(m, at.BARO_OFFSET, 1, sigma)
     elif row >= VELOCITY:
-        m[at.MEAN + at.VELOCITY + row - VELOCITY] = value
-        set_independent(m, at.VELOCITY + row - VELOCITY, 1, sigma)
+        m[at.MEAN + velocity_of(row)] = value
+        set_independent(m, velocity_of(row), 1, sigma)
     else:
         if row == POSITION + 2 and is_initialised(m, HEIGHT):
             m[at.MEAN + at.BARO_OFFSET] += m[at.MEAN + at.POSITION + row] - value
@@ -122,7 +135,7 @@ def initialise_row(m: Floats, row: int, value: float, sigma: float) -> None:
 def predict_reading(m: Floats, row: int) -> float:
     """The reading of a row that the mean state predicts."""
     if VELOCITY <= row < HEIGHT:
-        return m[at.MEAN + at.VELOCITY + row - VELOCITY]
+        return m[at.MEAN + velocity_of(row)]
     if row == HEIGHT:
         return m[at.MEAN + at.POSITION + 2] + m[at.MEAN + at.BARO_OFFSET]
     return m[at.MEAN + at.POSITION + row]
@@ -140,7 +153,7 @@ def displacement(m: Floats, row: int, age: float) -> float:
 def reading_variance(m: Floats, row: int) -> float:
     """The variance of the predicted reading."""
     if VELOCITY <= row < HEIGHT:
-        return state_variance(m, at.VELOCITY + row - VELOCITY)
+        return state_variance(m, velocity_of(row))
     if row == HEIGHT:
         common = m[at.P + (at.POSITION + 2) * at.ROW + at.BARO_OFFSET]
         return state_variance(m, at.POSITION + 2) + state_variance(m, at.BARO_OFFSET) + 2.0 * common
@@ -151,7 +164,7 @@ def reading_variance(m: Floats, row: int) -> float:
 def inflate_row(m: Floats, row: int, square: float) -> None:
     """Adds the squared innovation of a reading that was rejected for ``GATE_TIME`` to the variance of its state."""
     if VELOCITY <= row < HEIGHT:
-        add_variance(m, at.VELOCITY + row - VELOCITY, 1, square)
+        add_variance(m, velocity_of(row), 1, square)
     elif row == HEIGHT:
         add_variance(m, at.BARO_OFFSET, 1, square)
     else:
@@ -174,7 +187,8 @@ def add_reading(params: ESKF, m: Floats, row: int, value: float, sigma: float, a
     noise = sigma * sigma
     y = value - predict_reading(m, row)
     if y * y > GATE * (reading_variance(m, row) + noise):
-        if not has_elapsed(m[at.AID_REJECTED + row], m[at.BLOCK_TIME], GATE_TIME):
+        certain = ZERO_VELOCITY <= row < HEIGHT
+        if not (certain or has_elapsed(m[at.AID_REJECTED + row], m[at.BLOCK_TIME], GATE_TIME)):
             m[at.AID_REJECTED + row] = max(m[at.AID_REJECTED + row], SHORTEST)
             return
         inflate_row(m, row, y * y)
@@ -193,7 +207,7 @@ def update(m: Floats, n: int) -> bool:
     for row in range(at.AID_ROWS):
         if m[at.SUM_WEIGHT + row] > 0.0:
             if VELOCITY <= row < HEIGHT:
-                m[at.H + at.VELOCITY + row - VELOCITY] = 1.0
+                m[at.H + velocity_of(row)] = 1.0
             elif row == HEIGHT:
                 m[at.H + at.POSITION + 2] = 1.0
                 m[at.H + at.BARO_OFFSET] = 1.0

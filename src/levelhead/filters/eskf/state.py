@@ -168,7 +168,7 @@ def fours(n: int) -> int:
 N_INERTIAL = fours(FIELD)  # without a magnetometer
 N_MAGNETIC = fours(POSITION)  # without position and velocity
 ROW = fours(N)  # all of it; from one row to the next
-AID_ROWS = HEIGHT + 1  # rows of aiding: position 3, velocity 3, height by barometer
+AID_ROWS = HEIGHT + 1  # rows of aiding: position 3, velocity 3, zero velocity 3, height by barometer
 
 
 class MemoryPlace(NamedTuple):
