@@ -24,6 +24,10 @@ def walk(climb=0.0, seed=1, chip="LSM6DSO32"):
     return motion, simulate.observe(motion, simulate.imu(chip), seed)
 
 
+def rows_of(name):
+    return list(csv.reader((WALKS / f"gaitmap_{name}_sample.csv").read_text().splitlines()))
+
+
 def test_the_motion_of_a_foot_agrees_with_itself():
     motion = simulate.foot(5, 1000.0, climb=0.1)
     inner, step = slice(5, -5), 1e-3
@@ -117,18 +121,18 @@ def test_a_loop_of_a_real_walk_closes():
 @needs_walks
 @pytest.mark.parametrize("foot", ["left", "right"])
 def test_strides_beside_motion_capture(foot):
-    sensors, axes = list(csv.reader((WALKS / "gaitmap_imu_sample.csv").open()))[:2]
+    sensors, axes = rows_of("imu")[:2]
     table = np.genfromtxt(WALKS / "gaitmap_imu_sample.csv", delimiter=",", skip_header=2)
     column = {axis: i for i, (sensor, axis) in enumerate(zip(sensors, axes, strict=True)) if sensor.startswith(foot)}
     acc, gyr = (table[:, [column[f"{kind}_{axis}"] for axis in "xyz"]] for kind in ("acc", "gyr"))
     found = lh.gait(lh.Recording(np.arange(len(table)) / RATE, np.radians(gyr), acc))
-    head = next(csv.reader((WALKS / "gaitmap_mocap_sample.csv").open()))[1:]
+    head = rows_of("mocap")[0][1:]
     markers = np.genfromtxt(WALKS / "gaitmap_mocap_sample.csv", delimiter=",", skip_header=2)[:, 1:] / 1000.0
     errors = []
-    for event in csv.DictReader((WALKS / "gaitmap_stride_events_sample.csv").open()):
-        if event["foot"] != foot or int(event["s_id"]) == TURN_ON_PLACE:
+    for number, side, start, end, *_ in rows_of("stride_events")[1:]:
+        if side != foot or int(number) == TURN_ON_PLACE:
             continue
-        rows = np.array([float(event["start"]), float(event["end"])])
+        rows = np.array([float(start), float(end)])
         true = []
         for marker in ("FCC", "FM5"):
             level = markers[:, [i for i, name in enumerate(head) if name == f"{foot[0].upper()}_{marker}"][:2]]

@@ -24,7 +24,7 @@ SENSOR = (0.04, 0.02, 0.09)  # m from the standing point to the sensor, forward,
 BEFORE, AFTER = 4.0, 3.0  # s of standing
 
 
-class Course(NamedTuple):
+class Trajectory(NamedTuple):
     """A quantity with its first and second time derivatives."""
 
     value: Array
@@ -59,14 +59,14 @@ def foot(
     begin, end = SWING
     share = _smoothstep((within - begin) / (end - begin), (end - begin) * period)
     turn = 2.0 * math.pi / strides
-    yaw = Course(turn * (stride + share.value), turn * share.rate, turn * share.acceleration)
+    yaw = Trajectory(turn * (stride + share.value), turn * share.rate, turn * share.acceleration)
     radius = 0.5 * length / math.sin(0.5 * turn)
     angle = turn * np.arange(strides + 1)
     places = np.stack([radius * np.sin(angle), radius * (1.0 - np.cos(angle)), climb * np.arange(strides + 1)], axis=1)
     step = np.diff(places, axis=0)[stride]
     lift = _bump(within, (0.5 * (begin + end), 0.5 * (end - begin), LIFT), period)
     up = np.array([0.0, 0.0, 1.0])
-    ground = Course(
+    ground = Trajectory(
         places[stride] + share.value[:, None] * step + lift.value[:, None] * up,
         share.rate[:, None] * step + lift.rate[:, None] * up,
         share.acceleration[:, None] * step + lift.acceleration[:, None] * up,
@@ -74,33 +74,33 @@ def foot(
     return _carry(t, ground, yaw, pitch)
 
 
-def _add(one: Course, other: Course) -> Course:
-    return Course(one.value + other.value, one.rate + other.rate, one.acceleration + other.acceleration)
+def _add(one: Trajectory, other: Trajectory) -> Trajectory:
+    return Trajectory(one.value + other.value, one.rate + other.rate, one.acceleration + other.acceleration)
 
 
-def _bump(within: Array, shape: tuple[float, float, float], period: float) -> Course:
+def _bump(within: Array, shape: tuple[float, float, float], period: float) -> Trajectory:
     """h (1 − x²)⁴ of the phase within a stride, which vanishes with three derivatives at x = ±1."""
     middle, half, height = shape
     x = np.clip((within - middle) / half, -1.0, 1.0)
     left, pace = 1.0 - x * x, 1.0 / (half * period)
-    return Course(
+    return Trajectory(
         height * left**4,
         -8.0 * height * pace * x * left**3,
         height * pace**2 * (48.0 * x * x * left**2 - 8.0 * left**3),
     )
 
 
-def _smoothstep(x: Array, time: float) -> Course:
+def _smoothstep(x: Array, time: float) -> Trajectory:
     """35 x⁴ − 84 x⁵ + 70 x⁶ − 20 x⁷ from 0 to 1 within ``time`` s (D. Ebert et al., Texturing and Modeling, 2003)."""
     x = np.clip(x, 0.0, 1.0)
-    return Course(
+    return Trajectory(
         x**4 * (35.0 - 84.0 * x + 70.0 * x**2 - 20.0 * x**3),
         140.0 * (x * (1.0 - x)) ** 3 / time,
         420.0 * (x * (1.0 - x)) ** 2 * (1.0 - 2.0 * x) / time**2,
     )
 
 
-def _carry(t: Array, ground: Course, yaw: Course, pitch: Course) -> Motion:
+def _carry(t: Array, ground: Trajectory, yaw: Trajectory, pitch: Trajectory) -> Motion:
     """The motion of the sensor on a foot whose standing point, yaw and pitch (nose down is positive) are given."""
     half_yaw, half_pitch = 0.5 * yaw.value, -0.5 * pitch.value
     cy, sy, cp, sp = np.cos(half_yaw), np.sin(half_yaw), np.cos(half_pitch), np.sin(half_pitch)
