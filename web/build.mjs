@@ -1,16 +1,18 @@
 // Bundles the page into the package, with a list of what it contains and under which licence.
+//   node build.mjs           the page of `levelhead view`
+//   node build.mjs try DIR   the page that reads a log in the browser itself
 import { cpSync, mkdirSync, readFileSync, rmSync, writeFileSync } from "node:fs";
 import { build } from "esbuild";
 
-const target = process.argv[2] ?? "../src/levelhead/publish/page";
+const here = process.argv[2] !== "try", target = here ? "../src/levelhead/publish/page" : process.argv[3];
 rmSync(target, { recursive: true, force: true });
 mkdirSync(target, { recursive: true });
 const { metafile } = await build({
-  entryPoints: { app: "src/main.ts", style: "src/style.css" },
+  entryPoints: { ...(here ? { app: "src/main.ts" } : { app: "src/try.ts", worker: "src/worker.ts" }), style: "src/style.css" },
   outdir: target, bundle: true, minify: true, format: "esm", target: "es2022", metafile: true, legalComments: "none",
   logLevel: "warning",
 });
-cpSync("index.html", `${target}/index.html`);
+cpSync(here ? "index.html" : "try.html", `${target}/index.html`);
 cpSync("../docs/_static/logo.svg", `${target}/logo.svg`);
 
 const packages = new Set(Object.keys(metafile.inputs).filter((path) => path.startsWith("node_modules/"))

@@ -2,15 +2,19 @@
 
 import gc
 import http.client
+import http.server
 import json
 import math
+import os
 import re
 import shutil
 import subprocess
+import sys
 import threading
 import time
 from contextlib import closing
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -245,6 +249,66 @@ def test_body_and_charts_are_seen_at_every_width(look):
             eventually(fits)
     finally:
         server.close()
+
+
+@pytest.fixture(scope="module")
+def try_page(tmp_path_factory):
+    """Address of the page that reads a log in the browser itself."""
+    release = os.environ.get("PYODIDE_DIST") or WEB.parent / "build" / "pyodide"
+    if not any(Path(release).glob("numpy-*")) or not (WEB / "node_modules").is_dir():
+        pytest.skip("there is no NumPy for Pyodide: make page build/pyodide, or set PYODIDE_DIST")
+    folder = tmp_path_factory.mktemp("site") / "try"
+    command = [sys.executable, str(WEB / "try_page.py"), str(folder)]
+    subprocess.run(command, env=os.environ | {"PYODIDE_DIST": str(release)}, check=True)
+    handler = partial(QuietHandler, directory=str(folder))
+    with http.server.ThreadingHTTPServer(("127.0.0.1", 0), handler) as server:
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        yield f"http://127.0.0.1:{server.server_port}/"
+        server.shutdown()
+
+
+class QuietHandler(http.server.SimpleHTTPRequestHandler):
+    """The test's terminal is for the test."""
+
+    def log_message(self, format: str, *args: object) -> None:
+        pass
+
+
+@pytest.mark.full
+@pytest.mark.slow
+def test_a_log_is_read_in_the_browser_itself(browser, try_page, tmp_path):
+    recording = lh.simulate.recording("MPU-6050", "hand", duration=5.0, rate=50)
+    log, bad = tmp_path / "log.csv", tmp_path / "bad.csv"
+    names = ["t [s]", *(f"gyr_{axis} [rad/s]" for axis in "xyz"), *(f"acc_{axis} [m/s²]" for axis in "xyz")]
+    rows = np.column_stack([recording.t, recording.gyr, recording.acc])
+    np.savetxt(log, rows, delimiter=",", header=",".join(names), comments="", encoding="utf-8")
+    bad.write_text("a,b\n1,2\n3,4\n")
+    page = browser.new_page()
+    page.set_default_timeout(1000.0 * PATIENCE)
+    wrong = []
+    page.on(
+        "request", lambda request: None if request.url.startswith((try_page, "blob:")) else wrong.append(request.url)
+    )
+    page.on("pageerror", lambda error: wrong.append(str(error)))
+    try:
+        page.goto(try_page)
+        check_accessibility(page)
+        page.set_input_files("#file", bad)
+        with pytest.raises(LevelheadError) as refused:
+            lh.read(bad)
+        page.wait_for_selector("#message:not([hidden])")
+        assert page.inner_text("#message") == str(refused.value).replace(f"{tmp_path}/", "")
+        page.set_input_files("#file", log)
+        page.wait_for_selector("body[data-ready]")
+        track = lh.fuse(lh.read(log))
+        seek(page, 3.0)
+        eventually(lambda: numbers(page, "roll", "pitch", "yaw") == pytest.approx(track.euler()[150], abs=0.06))
+        page.get_by_text("Columns and units").click()
+        assert str(lh.interpret(log)).partition("\n")[2].splitlines()[0] in page.inner_text("#side")
+        check_accessibility(page)
+        assert wrong == []
+    finally:
+        page.close()
 
 
 @pytest.mark.slow

@@ -53,6 +53,7 @@ export class App {
   private moments: Moment[] = [];
   private frames = 0;
   private drawn = ""; // what the body shows
+  private over = new AbortController();
   private charted = ""; // which lines the charts of a node have
 
   constructor(private source: Source) {}
@@ -63,6 +64,13 @@ export class App {
     } catch (error) {
       this.tell(String((error as Error).message));
     }
+  }
+
+  /** Takes all of it off the page, for another source. */
+  close(): void {
+    this.over.abort();
+    for (const id of ["side", "charts", "tools", "foot"]) byId(id).replaceChildren();
+    delete document.body.dataset.ready;
   }
 
   /** Loads what there is, and shows it. */
@@ -92,8 +100,8 @@ export class App {
       this.heard = performance.now();
       this.source.stream((block) => this.takeBlock(block), () => { this.lost = true; });
     }
-    addKeys(this);
-    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.recolour());
+    addKeys(this, this.over.signal);
+    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.recolour(), { signal: this.over.signal });
     this.recolour();
     requestAnimationFrame((now) => this.frame(now));
     document.body.dataset.ready = "true";
@@ -374,6 +382,9 @@ export class App {
     if (this.about.notes?.length) {
       side.append(make("details", { class: "card" }, make("summary", {}, `Notes on the file (${this.about.notes.length})`), ...this.about.notes.map((note) => make("p", {}, note))));
     }
+    for (const { title, text } of this.about.reports ?? []) {
+      side.append(make("details", { class: "card" }, make("summary", {}, title), make("pre", { tabindex: "0" }, text)));
+    }
     if (kind === "recording") this.panel.show(this.filter);
     byId("charts").append(this.table.element, this.health.element);
     this.health.build();
@@ -389,7 +400,7 @@ export class App {
     tools.append(mode,
       make("button", { type: "button", id: "table", "aria-pressed": "false", title: "samples as a table (t)", click: () => this.toggleTable() }, "Table"));
     if (!recording) tools.append(make("button", { type: "button", id: "record", "aria-pressed": "false", click: () => void this.record() }, "● Record"));
-    for (const suffix of recording ? [".csv", ".parquet"] : [".csv"]) {
+    for (const suffix of this.about.suffixes ?? [".csv"]) {
       tools.append(make("button", { type: "button", title: "the shown stretch as a file (d)", click: () => void this.download(suffix) }, `↓ ${suffix.slice(1).toUpperCase()}`));
     }
     tools.append(make("button", { type: "button", "aria-label": "help and keys", title: "help and keys (?)", click: () => showHelp() }, "?"));
@@ -564,6 +575,7 @@ export class App {
   private last = 0;
 
   private frame(now: number): void {
+    if (this.over.signal.aborted) return;
     if (this.time.playing) this.time.advance(Math.min(0.1, 0.001 * (now - this.last)));
     this.last = now;
     if (this.about.kind !== "recording" && ++this.frames % 6 === 0) this.showState();

@@ -28,7 +28,7 @@ const MOUSE = [
   "Grey body: something is wrong with this sample, or the node is silent. Orange cone: ±2σ of the x axis.",
 ];
 
-export function addKeys(app: App): void {
+export function addKeys(app: App, signal: AbortSignal): void {
   document.addEventListener("keydown", (event) => {
     const target = event.target as HTMLElement;
     if (event.ctrlKey || event.metaKey || event.altKey || byId<HTMLDialogElement>("help").open) return;
@@ -38,7 +38,7 @@ export function addKeys(app: App): void {
     if (act === null) return;
     event.preventDefault();
     act();
-  });
+  }, { signal });
 }
 
 function action(app: App, event: KeyboardEvent): (() => void) | null {

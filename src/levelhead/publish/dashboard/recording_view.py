@@ -3,6 +3,7 @@
 import tempfile
 from collections.abc import Iterator
 from dataclasses import fields, replace
+from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
@@ -18,7 +19,7 @@ from levelhead.guard import Guard
 from levelhead.open_types import JsonObject, Untyped
 from levelhead.publish.dashboard.block import pack_block
 from levelhead.publish.dashboard.description import filter_description, filter_names, health_names
-from levelhead.publish.writers import write_track
+from levelhead.publish.writers import SUFFIXES, write_track
 from levelhead.recording import Array, Recording
 from levelhead.rotations import turn_heading
 from levelhead.track import Track
@@ -75,6 +76,7 @@ class RecordingView:
             "clock": bool(recording.t[0] > EPOCH), "filter": filter_description(self.params),
             "second": None if self.second is None else filter_description(self.second),
             "filters": filter_names(), "health": health_names(),
+            "suffixes": list(SUFFIXES if find_spec("pyarrow") is not None else SUFFIXES[:1]),
             "notes": [str(note) for note in recording.meta.get("notes", ())],
         })  # fmt: skip
 
