@@ -258,7 +258,7 @@ def try_page(tmp_path_factory):
     if not any(Path(release).glob("numpy-*")) or not (WEB / "node_modules").is_dir():
         pytest.skip("there is no NumPy for Pyodide: make page build/pyodide, or set PYODIDE_DIST")
     folder = tmp_path_factory.mktemp("site") / "try"
-    command = [sys.executable, str(WEB / "try_page.py"), str(folder)]
+    command = [sys.executable, str(WEB / "try_page.py"), str(folder), "ESKF"]
     subprocess.run(command, env=os.environ | {"PYODIDE_DIST": str(release)}, check=True)
     handler = partial(QuietHandler, directory=str(folder))
     with http.server.ThreadingHTTPServer(("127.0.0.1", 0), handler) as server:
@@ -303,6 +303,10 @@ def test_a_log_is_read_in_the_browser_itself(browser, try_page, tmp_path):
         track = lh.fuse(lh.read(log))
         seek(page, 3.0)
         eventually(lambda: numbers(page, "roll", "pitch", "yaw") == pytest.approx(track.euler()[150], abs=0.06))
+        with page.expect_download() as download:
+            page.get_by_role("button", name="CSV").click()
+        rows = np.genfromtxt(download.value.path(), delimiter=",", names=True)
+        np.testing.assert_array_equal(rows["qw"], track.quat[:, 0])  # the module for WebAssembly has the bits of Python
         page.get_by_text("Columns and units").click()
         assert str(lh.interpret(log)).partition("\n")[2].splitlines()[0] in page.inner_text("#side")
         check_accessibility(page)

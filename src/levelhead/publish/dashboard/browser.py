@@ -1,27 +1,80 @@
 """The page with Python in the browser itself (Pyodide): a file that was dropped there becomes a ``RecordingView``."""
 
 import json
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
+import numpy as np
+
 from levelhead import filters
+from levelhead.engine import fuse
+from levelhead.engine.batch import DEFAULT_GUARD
 from levelhead.errors import LevelheadError
-from levelhead.inspection import inspect
-from levelhead.open_types import JsonObject
+from levelhead.filters.parameters import Params
+from levelhead.guard import Guard
+from levelhead.inspection import examine
+from levelhead.open_types import JsonObject, Untyped
 from levelhead.publish.dashboard.block import pack_block
 from levelhead.publish.dashboard.recording_view import RecordingView
+from levelhead.recording import Recording
 from levelhead.simulate import recording as simulate
 from levelhead.sources import parse_counts, parse_map, parse_units
 from levelhead.sources.hints import check_options
-from levelhead.sources.pipeline import interpret, read_file
+from levelhead.sources.interpretation import Interpretation
+from levelhead.sources.pipeline import read_file
+from levelhead.track import Track
 
 MOTION = ("MPU-6050", "hand", 20.0, 100.0)  # what is shown to those who have no log: 20 s at 100 Hz
 
 
-class BrowserView:
-    """Calls of a page in the browser: open, and those of the recording that is open."""
+class WasmEngine:
+    """Filters as the modules that ``levelhead export --wasm`` makes, with the bits of Python; else ``fuse``.
 
-    def __init__(self) -> None:
+    Args:
+        run: the browser's: name, parameters as JSON, gyr, acc, mag and t as its arrays; its answer has quaternion, and
+            bias, sigma and health where the filter has them.
+        names: of the filters that it has.
+    """
+
+    def __init__(self, run: Callable[..., Untyped], names: Sequence[str]) -> None:
+        self._run, self._names = run, frozenset(names)
+
+    def fuse(self, recording: Recording, params: Params, *, guard: Guard | None) -> Track:
+        """As ``levelhead.fuse``."""
+        name = type(params).__name__
+        aided = recording.pressure is not None or recording.gnss is not None
+        if name not in self._names or aided or guard != DEFAULT_GUARD:
+            return fuse(recording, params, guard=guard)
+        from pyodide.ffi import to_js
+
+        given = (recording.gyr, recording.acc, recording.mag, recording.t)
+        found = self._run(
+            name, json.dumps(params._asdict()), *(None if one is None else to_js(one.ravel()) for one in given)
+        )
+        known = {
+            key: np.array(getattr(found, key).to_py())
+            for key in ("quaternion", "bias", "sigma", "health")
+            if hasattr(found, key)
+        }
+        n = len(recording)
+        return Track(
+            recording.t, known["quaternion"].reshape(n, 4), readings=recording, params=params,
+            bias=known["bias"].reshape(n, 3) if "bias" in known else None,
+            sigma=known["sigma"].reshape(n, 3) if "sigma" in known else None,
+            health=known["health"].astype(np.uint32) if "health" in known else np.empty(0, np.uint32),
+        )  # fmt: skip
+
+
+class BrowserView:
+    """Calls of a page in the browser: open, and those of the recording that is open.
+
+    Args:
+        run, names: as for ``WasmEngine``.
+    """
+
+    def __init__(self, run: Callable[..., Untyped], names: Sequence[str]) -> None:
         self._shown: RecordingView | None = None
+        self._engine = WasmEngine(run, names)
 
     def call(self, name: str, arguments: str) -> bytes:
         """Answers with a block; a sentence for people stands in its header as "error"."""
@@ -39,12 +92,22 @@ class BrowserView:
         """Reads a log, or simulates one where no path is given; answers with the reports on it."""
         if not asked.get("path"):
             sensor, motion, duration, rate = MOTION
-            self._shown = RecordingView(simulate(sensor, motion, duration=duration, rate=rate), filters.EKF())
+            recording = simulate(sensor, motion, duration=duration, rate=rate)
+            self._shown = RecordingView(recording, filters.default(), engine=self._engine.fuse)
             return pack_block({"reports": []})
         path, hints = Path(asked["path"]), hints_of(asked)
-        recording = read_file(path, check_options(hints))
-        reports = [("Doctor", str(inspect(path, **hints))), ("Columns and units", str(interpret(path, **hints)))]
-        self._shown = RecordingView(recording, filters.default())
+        conclusions: list[Interpretation] = []
+
+        def keep(found: Interpretation) -> Interpretation:
+            conclusions.append(found)
+            return found
+
+        recording = read_file(path, check_options(hints), keep)
+        reports = [
+            ("Doctor", str(examine(recording, path.name))),
+            ("Columns and units", "\n".join(map(str, conclusions))),
+        ]
+        self._shown = RecordingView(recording, filters.default(), engine=self._engine.fuse)
         return pack_block({"reports": [{"title": title, "text": text} for title, text in reports]})
 
 

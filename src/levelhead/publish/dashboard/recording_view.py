@@ -1,7 +1,7 @@
 """The page of a recording: its readings, tracks of any filter with any parameters, and parts of them as files."""
 
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import fields, replace
 from importlib.util import find_spec
 from pathlib import Path
@@ -36,15 +36,17 @@ class RecordingView:
         params: the filter that the page shows first.
         guard: as for ``fuse``.
         second: another filter that the page shows beside it.
+        engine: what fuses; ``fuse`` where there is no other.
 
     Attributes:
         calls: about, readings, track, download.
     """
 
     def __init__(
-        self, recording: Recording, params: Params, guard: Guard | None = DEFAULT_GUARD, second: Params | None = None
-    ) -> None:
-        self.recording, self.params, self.second, self._guard = recording, params, second, guard
+        self, recording: Recording, params: Params, guard: Guard | None = DEFAULT_GUARD, second: Params | None = None,
+        engine: Callable[..., Track] = fuse,
+    ) -> None:  # fmt: skip
+        self.recording, self.params, self.second, self._guard, self._fuse = recording, params, second, guard, engine
         self._tracks: dict[Params, tuple[Track, Score | None]] = {}
         self.track(params)
         self.calls = {
@@ -54,7 +56,7 @@ class RecordingView:
     def track(self, params: Params) -> tuple[Track, Score | None]:
         """The track of a filter, and its score where there is a truth."""
         if params not in self._tracks:
-            track = fuse(self.recording, params, guard=self._guard)
+            track = self._fuse(self.recording, params, guard=self._guard)
             score = None if self.recording.truth is None else evaluate(self.recording, track)
             while len(self._tracks) >= KEPT:
                 del self._tracks[next(iter(self._tracks))]
