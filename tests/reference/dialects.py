@@ -20,6 +20,7 @@ Dialect = Callable[[Path, "Motion"], Path]
 DIALECTS: dict[str, Dialect] = {}
 START = datetime(2023, 5, 4, 12, 30, 15, 250_000)
 EPOCH = 1_683_203_415_250  # ms, of START as UTC
+STEP = 0.01  # s, between samples
 
 
 class Motion(NamedTuple):
@@ -308,3 +309,22 @@ def simulate(style: str) -> Motion:
     assert made.truth is not None
     body = Rotation.from_quat(made.truth.quat, scalar_first=True).inv()
     return Motion(made.t, made.gyr, made.acc, body.apply([0.0, 18.0, -45.0]), made.acc - body.apply([0, 0, 9.80665]))
+
+
+def off(recording: lh.Recording, motion: Motion) -> str:
+    """What of a reading is not what was written; "" if all is."""
+    if abs(recording.duration - motion.t[-1]) > 0.15 or len(recording) < 0.95 * len(motion.t):
+        return f"{len(recording)} samples, {recording.duration:.2f} s"
+    first = int(np.isfinite(recording.gyr).all(axis=1).argmax())
+    rows = np.rint((recording.t - recording.t[first]) / STEP).astype(int)
+    if len(recording) == len(motion.t) and float(np.abs(recording.t - recording.t[0] - motion.t).max()) < 0.1:
+        rows = np.arange(len(motion.t))  # bursts of stamps were spread
+    for role, limit in (("gyr", 0.03), ("acc", 0.12)):
+        real, said = getattr(motion, role), getattr(recording, role)
+        apart = min(
+            float(np.nanmedian(np.abs(said - real[np.clip(rows + shift, 0, len(real) - 1)]).max(axis=1)))
+            for shift in (0, 1)
+        )
+        if not apart < limit:
+            return f"{role} is off by {apart:.3g}"
+    return ""

@@ -19,7 +19,7 @@ from tests.reference import (  # noqa: F401  (each registers its dialects)
     dialects_of_vehicles,
     wild,
 )
-from tests.reference.dialects import DIALECTS, REFUSED, Motion, simulate
+from tests.reference.dialects import DIALECTS, REFUSED, Motion, off, simulate
 
 import levelhead as lh
 
@@ -51,31 +51,11 @@ GUESS = {
     *("clock_for_a_name", "strings_in_json", "whole_mg_and_mrad"),
     *("sentences_with_checksums", "tuples_in_tuples", "labview_measurement"),
 }  # physics; code page
-STEP = 0.01  # s
 
 
 @pytest.fixture(scope="module")
 def motion() -> Motion:
     return simulate("hand")
-
-
-def off(recording: lh.Recording, motion: Motion) -> str:
-    """What of a reading is not what was written; "" if all is."""
-    if abs(recording.duration - motion.t[-1]) > 0.15 or len(recording) < 0.95 * len(motion.t):
-        return f"{len(recording)} samples, {recording.duration:.2f} s"
-    first = int(np.isfinite(recording.gyr).all(axis=1).argmax())
-    rows = np.rint((recording.t - recording.t[first]) / STEP).astype(int)
-    if len(recording) == len(motion.t) and float(np.abs(recording.t - recording.t[0] - motion.t).max()) < 0.1:
-        rows = np.arange(len(motion.t))  # bursts of stamps were spread
-    for role, limit in (("gyr", 0.03), ("acc", 0.12)):
-        real, said = getattr(motion, role), getattr(recording, role)
-        apart = min(
-            float(np.nanmedian(np.abs(said - real[np.clip(rows + shift, 0, len(real) - 1)]).max(axis=1)))
-            for shift in (0, 1)
-        )
-        if not apart < limit:
-            return f"{role} is off by {apart:.3g}"
-    return ""
 
 
 def marked() -> list[object]:

@@ -98,8 +98,7 @@ def _tables(text: str, source: str) -> Sequence[Table]:
 def _line_tables(text: str, source: str) -> Sequence[Table]:
     """The table of a file with an object on each line; numbers in quotes and dates count where others do not do."""
     table = _json_lines(text, source)
-    if {"gyr", "acc"} <= {name.role for name in map(understand, table.names)}:
-        return [table]
+    whole = {"gyr", "acc", "t"} <= {name.role for name in map(understand, table.names)}
     objects = []
     for line in text.splitlines():
         try:
@@ -107,7 +106,10 @@ def _line_tables(text: str, source: str) -> Sequence[Table]:
         except ValueError:
             continue
         objects += [item] if isinstance(item, dict) else []
-    return list(_object_tables(objects, "", source)) if len(objects) >= _MIN_SAMPLES else [table]
+        if whole and objects and len(_samples(objects[0])) == 1:
+            return [table]
+    found = list(_object_tables(objects, "", source)) if len(objects) >= _MIN_SAMPLES else []
+    return found if found and (not whole or len(next(iter(found[0].arrays.values()))) > len(table.lines)) else [table]
 
 
 def _json_lines(text: str, source: str) -> JsonTable:

@@ -30,6 +30,7 @@ from levelhead.units import GRAVITY
 
 MIN_UNIT = 0.6  # of the units in use g is the largest, and gravity is 1 of it
 _FULL_SCALES = (1 / 2, 1 / 4, 1 / 8, 1 / 16)  # what gravity is in shares of ±2, 4, 8, 16 g
+_MIN_COUNTS = 50.0  # per g
 _MAX_DEVIATION = 0.05  # by which a length may differ from one of them
 MIN_GRAVITY = 0.35  # of the median length: a shorter mean, and no usual length, is an accelerometer without gravity
 LEFT_OF_LINEAR = 0.55  # g, of the mean force; linear acceleration leaves up to 0.49, gravity 0.80 and more
@@ -65,6 +66,9 @@ def acc_scale(
         raise _no_gravity(table, values, norm)
     if scale is not None:
         _plausible_acc(values, norm, scale, hinted, table, evidence)
+        if are_whole(values):
+            per_g = round(GRAVITY * scale.divisor / abs(scale.factor), 6)
+            evidence.acc_per_g, evidence.acc_norm = per_g if per_g > _MIN_COUNTS else None, norm
         return scale
     unit = acc_unit(norm)
     if unit is None and are_thousandths(values):
@@ -92,7 +96,7 @@ def acc_scale(
     if (resting := _while_at_rest(values, norm, turning, evidence)) is not None:
         return resting
     counts = acc_sensitivity(norm)
-    if counts is not None and norm > 50.0:
+    if counts is not None and norm > _MIN_COUNTS:
         evidence.acc_per_g, evidence.acc_norm = counts.per_unit, norm
         scale = Scale(units.factor("acc", "g"), f"counts, {counts.per_unit:g} per g", counts.per_unit)
         facts, confirm = {"per_g": counts.per_unit, "norm": norm}, {"counts": {"acc": f"{counts.per_unit:g}/g"}}

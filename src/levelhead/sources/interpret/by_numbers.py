@@ -25,6 +25,7 @@ _MAX_COLUMNS = 64  # that are looked at
 _MIN_MOTION = 0.04  # spread of a length from which it was motion
 _MAX_STEADY_SHARE = 0.25  # of that spread, below which a length is far steadier
 _MAX_TWIN_SHARE = 0.1  # by which the length of a second accelerometer differs
+_MIN_COSINE = 0.99  # cosine between a second accelerometer and the first; a field dips by more than 8 degrees
 _MAX_CANDIDATES = 8  # sets of three columns that may be the accelerometer
 _MAX_SPREAD = 0.25  # median deviation of the length of gravity from its median, as a share
 _MAX_UNIT_SPREAD = 2e-4  # a length that constant is a unit vector's: a row of a rotation matrix, a quaternion's part
@@ -435,8 +436,15 @@ def _beside(values: Array, acc: Triple, triples: Sequence[Triple]) -> Triple:
 
 def _magnetometer(values: Array, acc: Triple, gyr: Triple, triples: Sequence[Triple]) -> Triple:
     """Three more columns right behind, if their length is steady and no unit vector's."""
-    first = max(acc[2], gyr[2]) + 1
-    return next((triple for triple in triples if triple[0] == first and _is_field(values[:, list(triple)])), ())
+    first, force = max(acc[2], gyr[2]) + 1, values[:, list(acc)]
+    behind = (triple for triple in triples if triple[0] == first)
+    return next((at for at in behind if _is_field(field := values[:, list(at)]) and not _along(field, force)), ())
+
+
+def _along(one: Array, other: Array) -> bool:
+    """Whether (n, 3) vectors point where others do, whatever their unit: a second accelerometer, no field."""
+    lengths = np.linalg.norm(one, axis=1) * np.linalg.norm(other, axis=1)
+    return float(np.nanmedian((one * other).sum(axis=1) / np.where(lengths > 0.0, lengths, np.nan))) > _MIN_COSINE
 
 
 def _is_field(triple: Array) -> bool:

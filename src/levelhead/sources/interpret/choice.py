@@ -1,15 +1,16 @@
 """The columns of a table that are read: by name, and by the numbers in them where names leave a choice."""
 
 from contextlib import suppress
+from dataclasses import replace
 
 import numpy as np
 
 from levelhead.errors import LevelheadError
-from levelhead.signals.gravity_direction import is_gravity
+from levelhead.signals.gravity_direction import is_gravity, keeps_length_of_gravity
 from levelhead.sources.hints import Hints
 from levelhead.sources.interpret.accelerometer import lacks_gravity
 from levelhead.sources.interpret.clock_column import with_clock
-from levelhead.sources.interpret.roles import Roles, assign
+from levelhead.sources.interpret.roles import Roles, assign, user_acceleration
 from levelhead.sources.interpret.suggestion import suggest
 from levelhead.sources.interpret.temperature import find_temperature
 from levelhead.sources.table import Column, Table, stack, words_of
@@ -43,6 +44,7 @@ def choose_columns(table: Table, hints: Hints) -> tuple[Roles, dict[int, Column]
         filled -= useless
     else:
         raise error or LevelheadError(f"{table.source} has too many empty columns")
+    roles, columns = _with_gravity_vector(table, roles, columns, hints)
     _refuse_gravity(table, roles, columns)
     is_timed = "t" in {*roles.columns, *hints.map} or hints.rate is not None or table.rate is not None
     return (roles, columns) if is_timed else with_clock(table, roles, columns)
@@ -52,7 +54,7 @@ def _assign(table: Table, hints: Hints, filled: frozenset[int]) -> Roles:
     everything = len(filled) == len(table.names)
     return assign(
         table.names, hints.map, table.source, frozenset(hints.scale), sensor=hints.sensor, context=table.context,
-        filled=None if everything else filled,
+        filled=None if everything else filled, stamps=frozenset(table.column_units),
     )  # fmt: skip
 
 
@@ -77,6 +79,24 @@ def _without_gravity(
         _assign(table, hints, filled - positions)
         return positions
     return frozenset()
+
+
+def _with_gravity_vector(
+    table: Table, roles: Roles, columns: dict[int, Column], hints: Hints
+) -> tuple[Roles, dict[int, Column]]:
+    """Roles and columns; where the accelerometer keeps one length, that of gravity, the user's acceleration beside it.
+
+    Software works such a vector out: g_x beside user_a_x. The two are added up later.
+    """
+    acc = roles.columns["acc"]
+    if {"acc", "gravity"} & {*hints.map, *roles.columns} != {"acc"} or "acc" in hints.map:
+        return roles, columns
+    user = user_acceleration(table.names, table.context, None)
+    if not user or not keeps_length_of_gravity(stack(columns, acc)):
+        return roles, columns
+    positions = user[0].positions
+    columns = columns | table.read(list(positions))
+    return replace(roles, columns={**roles.columns, "acc": positions, "gravity": acc}), columns
 
 
 def _empty(roles: Roles, columns: dict[int, Column]) -> frozenset[int]:

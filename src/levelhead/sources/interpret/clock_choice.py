@@ -25,7 +25,7 @@ _POOR = re.compile(
     r"unfilt|pred|server|recv|receiv|arriv|host|wall|utc|gps|raw|system|local|log|date|iso|packet|tick", re.I
 )
 _FAST = 2e-3  # s; a shorter interval could as well be a slow one in a larger unit
-_MIN_INTERVAL, _MAX_INTERVAL = 2.5e-5, 100.0  # s; no IMU is read at more than 40 kHz, nor less than once in 100 s
+MIN_INTERVAL, _MAX_INTERVAL = 2.5e-5, 100.0  # s; no IMU is read at more than 40 kHz, nor less than once in 100 s
 _MIN_ROWS = 20  # rows below which nothing is repaired
 _STALE, _ALONE = 3, 100.0  # rows that may stand alone at the start; usual intervals between them and the others
 _MISSING_SHARE = 0.01  # of the rows, at most, that may lack a stamp and are left out
@@ -238,7 +238,7 @@ def _plausible(stamps: Column, declared: str, name: str, found: list[Conclusion]
     step = _interval(stamps)
     factor = units.factor("time", declared)
     other = guess_unit(stamps)
-    if step == 0.0 or _MIN_INTERVAL < step * factor < _MAX_INTERVAL or units.factor("time", other) == factor:
+    if step == 0.0 or MIN_INTERVAL < step * factor < _MAX_INTERVAL or units.factor("time", other) == factor:
         return declared
     facts = {"declared": declared, "taken": other, "column": name, "step": step, "rate": 1.0 / (step * factor)}
     found.append(Conclusion("t.unit", "against_header", other, Basis.GUESS, facts, {"units": {"t": other}}))

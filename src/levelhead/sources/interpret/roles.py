@@ -19,7 +19,7 @@ from levelhead.sources.names.column_groups import (
     others,
     shared_name,
 )
-from levelhead.sources.names.column_name import Name, split, understand, unit_in
+from levelhead.sources.names.column_name import Name, holds_gravity, split, understand, unit_in
 
 _USER = re.compile("user|linear", re.IGNORECASE)  # acceleration without the gravity that stands beside it
 _SENSORS = ("gyr", "acc", "mag")
@@ -59,13 +59,14 @@ def assign(
     sensor: str | None = None,
     context: str = "",
     filled: frozenset[int] | None = None,
+    stamps: frozenset[int] = frozenset(),
 ) -> Roles:
     """The role of each column.
 
     ``hints`` is the map of ``sources.hints``: a role with no names is left out. The roles in ``unit_known`` may have
     any unit in their names, because a hint gives theirs. ``sensor`` is a word that the names of the wanted unit of
     sensors share; ``context`` is what the file or sheet is called; ``filled`` are the positions of columns that hold
-    numbers at all.
+    numbers at all, ``stamps`` those of columns of dates.
 
     Of several sets of columns for one sensor the plainest is taken: not the linear, filtered, raw or uncalibrated one;
     of several sensors the first; both are noted. ``columns["t"]`` holds all candidates for the time.
@@ -76,12 +77,12 @@ def assign(
     """
     known = [understand(name, context) for name in names]
     _refuse_repeated(names, hints, known, source)
-    columns = _single_columns(known, hints, source, filled)
+    columns = _single_columns(known, hints, source, filled, stamps)
     groups = {role: _groups(role, known, names, context, filled) for role in _SENSORS if role not in hints}
     groups = _read_p_q_r(_read_g(groups, known), names)
     gravity = _gravity(names)
     if gravity and not groups.get("acc", True):
-        groups["acc"] = _user_acceleration(names, context, filled)
+        groups["acc"] = user_acceleration(names, context, filled)
     chosen = _choose(groups, columns, sensor, known, source)
     columns |= {role: group.positions for role, group in chosen.items()}
     columns |= {"gravity": gravity} if gravity and "acc" not in hints else {}
@@ -117,7 +118,11 @@ def sensor_names(names: Sequence[str], context: str = "") -> list[str]:
 
 
 def _single_columns(
-    known: Sequence[Name], hints: Mapping[str, Sequence[str]], source: str, filled: frozenset[int] | None
+    known: Sequence[Name],
+    hints: Mapping[str, Sequence[str]],
+    source: str,
+    filled: frozenset[int] | None,
+    stamps: frozenset[int],
 ) -> dict[str, tuple[int, ...]]:
     """The columns that hints give, and of the roles that one set of columns can have."""
     columns: dict[str, tuple[int, ...]] = {}
@@ -125,7 +130,7 @@ def _single_columns(
         if role in hints:
             positions = _hinted_columns(role, hints[role], known, source)
         elif role == "t":
-            positions = _times(known, filled)
+            positions = _times(known, filled, stamps)
         else:
             positions = () if role in _SENSORS else _group(role, known, source)
         if positions:
@@ -163,9 +168,15 @@ def _units(
     return units
 
 
-def _times(known: Sequence[Name], filled: frozenset[int] | None) -> tuple[int, ...]:
-    """All columns that may be the time, those that are called just that first; a T beside a time is a temperature."""
-    times = [i for i, name in enumerate(known) if name.role == "t" and (filled is None or i in filled)]
+def _times(known: Sequence[Name], filled: frozenset[int] | None, stamps: frozenset[int]) -> tuple[int, ...]:
+    """All columns that may be the time, those that are called just that first; a T beside a time is a temperature.
+
+    A column of dates is a time under any name.
+    """
+    times = [
+        i for i, name in enumerate(known)
+        if (name.role == "t" or (i in stamps and not name.role)) and (filled is None or i in filled)
+    ]  # fmt: skip
     lower = [i for i in times if known[i].raw.strip() != "T"] or times
     with_unit = [i for i in lower if not _unknown_unit(known[i].raw)]
     lower = with_unit or lower
@@ -209,7 +220,7 @@ def _read_p_q_r(groups: dict[str, list[ColumnGroup]], names: Sequence[str]) -> d
     return groups | {"gyr": [column_group(positions, [names[i] for i in positions])]}
 
 
-def _user_acceleration(names: Sequence[str], context: str, filled: frozenset[int] | None) -> list[ColumnGroup]:
+def user_acceleration(names: Sequence[str], context: str, filled: frozenset[int] | None) -> list[ColumnGroup]:
     """Acceleration without gravity, where that stands beside it."""
     return _groups("acc", [understand(plain_name(name), context) for name in names], names, context, filled)
 
@@ -235,9 +246,8 @@ def _choose(
     if sensor is not None and not any(named.get(role) for role in ("gyr", "acc")):
         labels = dict.fromkeys(group.label for several in groups.values() for group in several)
         raise LevelheadError(f"{source} has no sensor '{sensor}'; {nearest(sensor, labels)}")
-    gyr, acc = best_pair(named.get("gyr", []), named.get("acc", []))
-    if gyr is None and "gyr" in columns:
-        gyr = column_group(columns["gyr"], [known[i].raw for i in columns["gyr"]])
+    hinted = {role: [column_group(at, [known[i].raw for i in at])] for role, at in columns.items() if at}
+    gyr, acc = best_pair(*(hinted.get(role) or named.get(role, []) for role in ("gyr", "acc")))
     mag = nearest_group(named.get("mag", []), gyr)
     chosen = {}
     for role, group in (("gyr", gyr), ("acc", acc), ("mag", mag)):
@@ -280,7 +290,7 @@ def _gravity(names: Sequence[str]) -> tuple[int, ...]:
     axes: dict[str, int] = {}
     for i, name in enumerate(names):
         words = split(name)
-        if {"gravity", "grav"} & set(words):
+        if {"gravity", "grav"} & set(words) and not holds_gravity(words):
             for axis in "xyz":
                 if axis in words and axis not in axes:
                     axes[axis] = i

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from levelhead.errors import LevelheadError
 from levelhead.recording import Array, median
+from levelhead.signals.gravity_direction import keeps_length_of_gravity
 from levelhead.sources.conclusion import Basis, Conclusion
 from levelhead.sources.hints import MEANING, Hints, NeedsHints, Scale, SuggestsCommand
 from levelhead.sources.interpret.accelerometer import lacks_gravity
@@ -27,12 +28,10 @@ from levelhead.sources.names.column_groups import (
 )
 from levelhead.sources.names.column_name import split, understand, unit_in
 from levelhead.sources.table import ArrayTable, Column, Table
-from levelhead.units import GRAVITY
 
 NANO = 1_000_000_000
 _MIN_SLOW = 1.5  # the accelerometer's interval in gyroscope's ones from which it is called slower
 _MAX_HOLE = 4.0  # own intervals across which values are interpolated
-_MIN_GRAVITY, _CONSTANT = 10, 2e-3  # samples of a vector whose length software keeps constant to a share
 _MAX_LENGTH_SHARE = 0.001  # by which columns of other tables may be longer or shorter than the first one
 
 
@@ -242,7 +241,7 @@ def _sensors_by_role(source: str, tables: Sequence[Table]) -> dict[str, list[Sen
 
 def _measured(sensors: Sequence[SensorColumns]) -> list[SensorColumns]:
     """The sensors without those whose length software keeps constant: no sensor measures such numbers."""
-    return [sensor for sensor in sensors if not _is_gravity_vector(sensor.read())]
+    return [sensor for sensor in sensors if not keeps_length_of_gravity(sensor.read())]
 
 
 def _choose(groups: Mapping[str, Sequence[SensorColumns]]) -> dict[str, SensorColumns]:
@@ -281,7 +280,7 @@ def _gravity_beside(tables: Sequence[Table], acc: SensorColumns) -> SensorColumn
         if not positions or table is acc.table:
             continue
         found = SensorColumns("gravity", table, column_group(positions, [table.names[i] for i in positions]))
-        if {"gravity", "grav"} & set(split(table.context)) or _is_gravity_vector(found.read()):
+        if {"gravity", "grav"} & set(split(table.context)) or keeps_length_of_gravity(found.read()):
             return found
     return None
 
@@ -294,17 +293,6 @@ def _three_axes(table: Table) -> list[int]:
     if {"x", "y", "z"} <= set(axes):
         return [axes[axis] for axis in "xyz"]
     return free if len(free) == 3 else []
-
-
-def _is_gravity_vector(values: Array) -> bool:
-    """Whether (n, 3) values have the length of gravity, in g or m/s², at all samples."""
-    length = np.sqrt((values**2).sum(axis=1))
-    length = length[np.isfinite(length)]
-    if len(length) < _MIN_GRAVITY or not np.ptp(values[np.isfinite(values).all(axis=1)], axis=0).any():
-        return False
-    usual = median(length)
-    constant = float(np.quantile(np.abs(length / usual - 1.0), 0.9)) < _CONSTANT if usual > 0.0 else False
-    return constant and min(abs(usual - 1.0), abs(usual / GRAVITY - 1.0)) < 0.01
 
 
 def _clocks(chosen: Mapping[str, SensorColumns], hints: Hints) -> tuple[dict[str, SensorClock], list[Conclusion]]:

@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 from levelhead.sources.names.column_name import Name, split
+from levelhead.sources.names.vocabulary import PAIRS, WORDS
 
 # Words that make a set of columns second or third choice beside another one for the same sensor.
 _SECOND = {"uncalibrated", "uncal", "uncalib", "unfiltered", "secondary", "backup"}
@@ -13,6 +14,7 @@ _DERIVED |= {"estimated", "estimate", "world", "earth", "global", "ned", "enu", 
 _DERIVED |= {"body", "predicted", "pred", "simulated", "dynamic", "motion", "relative", "absolute"}
 _DERIVED |= {"linearacceleration", "roll", "f", "fx"}
 _GRAVITY_REMOVED = {"linear", "lin", "user", "free", "dynamic", "linearacceleration"}
+_OF_SENSORS = frozenset().union(*WORDS.values(), *PAIRS)
 _PLAIN, _SECOND_CHOICE, _RAW, _OTHER = range(4)
 _FILLERS = {"imu", "sensor", "data", "field", "msg", "cal", "calibrated", "corrected", "x", "y", "z", "axis", "value"}
 
@@ -36,6 +38,11 @@ class ColumnGroup(NamedTuple):
     def gravity_removed(self) -> bool:
         """Whether the name says so."""
         return bool(_GRAVITY_REMOVED & self.words)
+
+    @property
+    def distinction(self) -> frozenset[str]:
+        """The words without those that every sensor of its kind has: one that says least is the plainest."""
+        return self.words - _OF_SENSORS
 
     @property
     def label(self) -> str:
@@ -67,10 +74,13 @@ def best_pair(
     """The gyroscope and the accelerometer to take: the plainest, of the same unit of sensors, the first of them."""
     if not gyrs or not accs:
         return (_best(gyrs), _best(accs))
-    pairs = [(g, a) for g in gyrs for a in accs]
-    return min(
-        pairs, key=lambda pair: (pair[0].rank + pair[1].rank, -_alike(*pair), pair[0].positions, pair[1].positions)
-    )
+
+    def order(pair: tuple[ColumnGroup, ColumnGroup]) -> tuple[object, ...]:
+        one, other = pair
+        more = len(one.distinction) + len(other.distinction)
+        return (one.rank + other.rank, -_alike(one, other), more, one.positions, other.positions)
+
+    return min(((gyr, acc) for gyr in gyrs for acc in accs), key=order)
 
 
 def nearest_group(groups: Sequence[ColumnGroup], gyr: ColumnGroup | None) -> ColumnGroup | None:
@@ -86,14 +96,14 @@ def others(groups: Sequence[ColumnGroup], taken: ColumnGroup) -> list[ColumnGrou
 
 
 def _best(groups: Sequence[ColumnGroup]) -> ColumnGroup | None:
-    return min(groups, key=lambda group: (group.rank, group.positions), default=None)
+    return min(groups, key=lambda group: (group.rank, len(group.distinction), group.positions), default=None)
 
 
 def _alike(one: ColumnGroup, other: ColumnGroup) -> float:
     """How much the words of two groups overlap, 0 to 1; a number that differs (imu1, imu2) counts most."""
     if {word for word in one.words if word.isdigit()} != {word for word in other.words if word.isdigit()}:
         return 0.0
-    return 0.5 + 0.5 / (1.0 + len(one.words ^ other.words))
+    return 0.5 + 0.5 / (1.0 + len(one.distinction ^ other.distinction))
 
 
 def shared_name(names: Sequence[str]) -> str:

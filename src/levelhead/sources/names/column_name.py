@@ -186,13 +186,19 @@ def _index(tokens: Sequence[str]) -> tuple[list[str], str] | None:
 def _role(stem: Sequence[str]) -> str:
     """The sensor that the words name, or "" when they name none, two, or something derived from one."""
     words = [token.rstrip("0123456789") for token in stem if not _PERSON.fullmatch(token)]
-    if not words or DERIVED & set(words):
+    if not words or (DERIVED & set(words) and not holds_gravity(words)):
         return ""
     roles = _roles_of_words(words) or _roles_of_letters(words)
     if len(roles) != 1:
         return ""
     role = roles.pop()
     return "" if role != "q" and REFERENCES & set(words) else role
+
+
+def holds_gravity(words: Sequence[str]) -> bool:
+    """Whether words say that gravity is in it, as a browser's accelerationIncludingGravity does."""
+    said = DERIVED & {*words}
+    return bool(said) and said <= {"gravity", "grav"} and bool({"including", "with", "incl", "inc"} & {*words})
 
 
 def _roles_of_words(words: Sequence[str]) -> set[str]:
@@ -275,6 +281,8 @@ def _time_unit(tokens: Sequence[str]) -> tuple[list[str], str | None]:
 
 def _suffixes(stem: Sequence[str]) -> list[tuple[int, str]]:
     """Endings of the words that could be a unit, the longest first: (number of words, "ms2")."""
+    if holds_gravity(stem):
+        return []
     return [
         (count, "".join("/" if word == "per" else word for word in stem[-count:]))
         for count in (3, 2, 1)

@@ -17,6 +17,7 @@ WORDS = {
         "rotationrate",
         "rateofrotation",
         "turnrate",
+        "rotrate",
         "rotvel",
         "wrss",
         *(
@@ -45,6 +46,7 @@ WORDS = {
         "accs",
         "accsmooth",
         "accadc",
+        "gforce",
         "xl",
         "specificforce",
         "linearacceleration",

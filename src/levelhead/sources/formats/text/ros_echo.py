@@ -1,4 +1,4 @@
-"""Messages as ROS prints them (rostopic echo, ros2 topic echo): YAML, a line of dashes between them."""
+"""Messages as ROS and Gazebo print them: YAML with a line of dashes between them, or names with braces."""
 
 import re
 from collections.abc import Iterator, Sequence
@@ -9,20 +9,33 @@ import numpy as np
 from levelhead.errors import LevelheadError
 from levelhead.open_types import JsonObject
 from levelhead.sources.conclusion import Basis, Conclusion
-from levelhead.sources.formats.text.cells import is_number
+from levelhead.sources.formats.text.cells import is_comment, is_number
 from levelhead.sources.formats.text.file import TextFile
 from levelhead.sources.table import ArrayTable
 
 _LINE = re.compile(r"(\s*)([A-Za-z_]\w*):\s*(.*?)\s*$")
+_OPENED = re.compile(r"(\s*)([A-Za-z_]\w*)\s*\{\s*")
 _SAMPLE_LINES = 200
 _MIN_SHARE = 0.5  # of the messages that hold a name, below which it is not a column
 
 
 def matches(file: TextFile) -> bool:
     """Whether lines are indented names with numbers, and dashes stand between messages."""
-    lines = file.content[:_SAMPLE_LINES]
+    lines = _without_braces([line for line in file.head if not is_comment(line)][:_SAMPLE_LINES])
+    lines = [line for line in lines if line.strip()]
     named = sum(_LINE.match(line) is not None or line.lstrip().startswith(("-", "[")) for line in lines)
     return any(line.strip() == "---" for line in lines) and named > 0.9 * len(lines)
+
+
+def _without_braces(lines: Sequence[str]) -> list[str]:
+    """Protobuf's text, "imu {", "  x: 0.1", "}" and a blank line behind each message, as YAML; other lines as they are.
+
+    Gazebo prints it (gz topic -e).
+    """
+    if not any(_OPENED.fullmatch(line) for line in lines[:_SAMPLE_LINES]):
+        return list(lines)
+    renamed = (_OPENED.sub(r"\1\2:", line) if line.strip() else "---" for line in lines)
+    return [line for line in renamed if line.strip() != "}"]
 
 
 def messages(lines: Sequence[str]) -> Iterator[dict[str, str]]:
@@ -50,7 +63,7 @@ def tables(file: TextFile) -> Sequence[ArrayTable]:
     Raises:
         LevelheadError: no message with numbers.
     """
-    rows = list(messages(file.lines()))
+    rows = list(messages(_without_braces(file.lines())))
     if len(rows) > 1 and len(rows[-1]) < len(rows[0]):
         rows.pop()
     counts: dict[str, int] = {}

@@ -16,6 +16,7 @@ from levelhead.sources.names.column_name import understand
 _SAMPLE_LINES = 200
 _MIN_CONTENT = 6  # lines that are no comments; a protocol whose lines begin as comments may send some greetings too
 _MIN_SHARE = 0.6  # of the lines, wrapped in the same way
+_MIN_OPEN = 0.3  # of the lines, that open or close a quoted cell and not both
 _MIN_NUMBERS = 6  # of a gyroscope and an accelerometer
 _MIN_UNITS = 6  # cells of a line that hold a unit
 _ARROW = re.compile(r"^\s*\[?(?:\d{4}-\d\d-\d\d[ T])?(\d\d?:\d\d:\d\d[.,]\d+)\]?\s*(?:->|>)\s?(.*)$")
@@ -91,10 +92,25 @@ def unwrap(text: str) -> str | None:
     """The text as lines of another dialect; None if its lines are not wrapped in the same way, by any pattern here."""
     lines = [line for line in lines_of(text) if line.strip()]
     sample = lines[:_SAMPLE_LINES]
+    if sum(line.count('"') % 2 for line in sample) > _MIN_OPEN * len(sample):
+        return _without_breaks(lines)
     for wrapping in _WRAPPINGS:
         if sum(wrapping.pattern.search(line) is not None for line in sample) > _MIN_SHARE * len(sample):
             return wrapping.unwrap(lines)
     return None
+
+
+def _without_breaks(lines: Sequence[str]) -> str | None:
+    """A table whose quoted cells go over lines, as NumPy's arrays do in pandas' files: a line for each row."""
+    made: list[str] = []
+    is_open = False
+    for line in lines:
+        if is_open:
+            made[-1] += f" {line.strip()}"
+        else:
+            made.append(line)
+        is_open ^= line.count('"') % 2 == 1
+    return "\n".join(made) if len(made) < len(lines) else None
 
 
 def _with_commas(lines: Sequence[str]) -> str | None:
