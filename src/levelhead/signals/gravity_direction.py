@@ -9,7 +9,7 @@ _MIN_ROWS = 30  # rows
 _ROWS = 20_000  # as many tell it
 _CONSTANT = 0.02  # relative spread of the length; rates of a body that turns vary by far more
 _ALONG = 0.95  # median cosine between the columns and the accelerometer
-_FEWEST, _KEPT = 10, 2e-3  # samples of a vector whose length software keeps constant to a share
+_MIN_VECTORS, _MAX_VARIATION = 10, 2e-3  # samples of a vector whose length software keeps constant to a share
 _TURNED = np.cos(np.radians(15.0))  # the direction must move: at rest a bias has a constant direction too
 
 
@@ -33,8 +33,8 @@ def keeps_length_of_gravity(values: Array) -> bool:
     """Whether (n, 3) values have the length of gravity, in g or m/s², at all samples: software worked them out."""
     length = np.sqrt((values**2).sum(axis=1))
     length = length[np.isfinite(length)]
-    if len(length) < _FEWEST or not np.ptp(values[np.isfinite(values).all(axis=1)], axis=0).any():
+    if len(length) < _MIN_VECTORS or not np.ptp(values[np.isfinite(values).all(axis=1)], axis=0).any():
         return False
     usual = median(length)
-    constant = float(np.quantile(np.abs(length / usual - 1.0), 0.9)) < _KEPT if usual > 0.0 else False
+    constant = float(np.quantile(np.abs(length / usual - 1.0), 0.9)) < _MAX_VARIATION if usual > 0.0 else False
     return constant and min(abs(usual - 1.0), abs(usual / GRAVITY - 1.0)) < 0.01
