@@ -33,10 +33,9 @@ def different(flt, count=COUNT):
 
 
 @EVERY
-@pytest.mark.parametrize("with_mag", [pytest.param(False, marks=pytest.mark.full), True], ids=["6-D", "9-D"])
-def test_every_lane_is_its_single_run(flt, with_mag, monkeypatch):
+def test_every_lane_is_its_single_run(flt, monkeypatch):
     monkeypatch.setattr(lanes, "CHUNK", 111)
-    recording = hard_recording(with_mag)
+    recording = hard_recording("mag" in flt.uses)
     sets = different(flt)
     found = fuse_parameter_sets(recording, sets, engine="compiled")
     for params, track in zip(sets, found, strict=True):
@@ -67,7 +66,7 @@ def test_lanes_have_the_guard_that_is_asked_for(guard):
 
 def test_filters_can_be_mixed_and_few():
     recording = lh.simulate.lesson(42)[:50]
-    sets = [lh.EKF(acc_tau=0.1), "Complementary", lh.EKF]  # which tests above compile
+    sets = [lh.EKF(acc_tau=0.1), "GyroIntegration", lh.EKF]
     for engine in ("python", "compiled"):
         for params, track in zip(sets, fuse_parameter_sets(recording, sets, engine=engine), strict=True):
             assert_same(track, lh.fuse(recording, params))
@@ -77,7 +76,7 @@ def test_filters_can_be_mixed_and_few():
 def test_a_recording_that_never_starts():
     n = 20
     recording = lh.Recording(np.arange(n) / 100, np.zeros((n, 3)), np.full((n, 3), np.nan))
-    sets = [lh.Complementary(tau=0.1 * (k + 1)) for k in range(10)]
+    sets = [lh.EKF(acc_tau=0.1 * (k + 1)) for k in range(10)]
     for params, track in zip(sets, fuse_parameter_sets(recording, sets, engine="compiled"), strict=True):
         assert_same(track, lh.fuse(recording, params, engine="python"))
 

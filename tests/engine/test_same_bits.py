@@ -6,7 +6,7 @@ import sys
 
 import numpy as np
 import pytest
-from tests.reference.engines import EVERY_ENGINE, MACHINE_CODE
+from tests.reference.engines import COMPILED, EVERY_ENGINE, MACHINE_CODE, NATIVE
 from tests.reference.hard import assert_same, hard_recording
 
 import levelhead as lh
@@ -14,6 +14,10 @@ from levelhead import filters
 from levelhead.engine import batch, binding
 
 EVERY = pytest.mark.parametrize("flt", filters.ALL, ids=lambda f: f.name)
+ALONE = [  # Numba compiles that driver once: it is the same with every filter
+    *(pytest.param(flt, *NATIVE.values, marks=NATIVE.marks, id=f"native-{flt.name}") for flt in filters.ALL),
+    pytest.param(filters.of(lh.EKF()), *COMPILED.values, marks=COMPILED.marks, id="compiled-EKF"),
+]
 AXIS = pytest.mark.parametrize("flt", [f for f in filters.ALL if f.axis], ids=lambda f: f.name)
 
 
@@ -29,10 +33,14 @@ def in_python(recording):
 
 
 @EVERY
-@pytest.mark.parametrize("guard", [lh.Guard(), None], ids=["guarded", "alone"])
 @MACHINE_CODE
-def test_machine_code_is_plain_python(flt, guard, engine, recording, in_python):
-    assert_same(in_python(flt.name, guard), lh.fuse(recording, flt.params(), guard=guard, engine=engine))
+def test_machine_code_is_plain_python(flt, engine, recording, in_python):
+    assert_same(in_python(flt.name, lh.Guard()), lh.fuse(recording, flt.params(), engine=engine))
+
+
+@pytest.mark.parametrize(("flt", "engine"), ALONE)
+def test_machine_code_without_a_guard_is_plain_python(flt, engine, recording, in_python):
+    assert_same(in_python(flt.name, None), lh.fuse(recording, flt.params(), guard=None, engine=engine))
 
 
 @EVERY

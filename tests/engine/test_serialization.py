@@ -72,7 +72,7 @@ def test_stamps_and_guard_survive(recording):
         again.update(recording.gyr[49], recording.acc[49], t=float(recording.t[49]))
     assert again.save() == live.save()
     assert serialization.from_bytes(live.save()).settings.guard == lh.Guard(gyr_range=250.0, rest_time=3.0)
-    bare = lh.Stream(lh.Kalman(), guard=None, engine="python")
+    bare = lh.Stream(lh.EKF(), guard=None, engine="python")
     bare.update((0.0, 0.0, 0.1), (0.0, 0.0, 9.81), dt=0.01)
     again = lh.Stream.restore(bare.save(), engine="compiled")
     assert again.bias == bare.bias and again.save() == bare.save()
@@ -81,10 +81,10 @@ def test_stamps_and_guard_survive(recording):
 
 @pytest.mark.compiled
 def test_parameters_changed_on_the_fly_survive(recording):
-    live = lh.Stream(lh.Complementary(), engine="python")
+    live = lh.Stream(lh.EKF(), engine="python")
     feed(live, recording, range(20))
-    live.set(tau=2.5)
-    assert lh.Stream.restore(live.save(), engine="compiled").params == lh.Complementary(tau=2.5)
+    live.set(acc_tau=2.5)
+    assert lh.Stream.restore(live.save(), engine="compiled").params == lh.EKF(acc_tau=2.5)
 
 
 def test_in_a_file_and_back(recording, tmp_path):

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from tests.reference.engines import EVERY_ENGINE
+from tests.reference.engines import EVERY_ENGINE, NATIVE
 
 import levelhead as lh
 from levelhead.guard.detectors import GROUP_DELAY
@@ -15,10 +15,10 @@ LEVEL = ((0.0, 0.0, 0.0), (0.0, 0.0, 9.81))
 @EVERY_ENGINE
 @pytest.mark.parametrize("kind", [tuple, list, np.array, lambda v: np.array(v, np.float32)])
 def test_any_triple_is_taken(engine, kind):
-    live = lh.Stream(lh.Kalman(), engine=engine)
+    live = lh.Stream(lh.EKF(), engine=engine)
     for _ in range(3):
         quat = live.update(gyr=kind((0.25, 0.5, 0.0)), acc=kind((0.0, 1.0, 9.5)), mag=kind((1.0, 19.0, -45.0)), dt=0.01)
-    reference = lh.Stream(lh.Kalman(), engine="python")
+    reference = lh.Stream(lh.EKF(), engine="python")
     for _ in range(3):
         expected = reference.update((0.25, 0.5, 0.0), (0.0, 1.0, 9.5), (1.0, 19.0, -45.0), 0.01)
     assert tuple(quat) == tuple(expected)
@@ -28,7 +28,7 @@ def test_any_triple_is_taken(engine, kind):
 @EVERY_ENGINE
 @pytest.mark.parametrize("bad", [(1.0, 2.0), np.zeros(2), np.zeros((3, 1)), "abc", 3.0, (1.0, None, 2.0), np.zeros(4)])
 def test_what_is_no_row_is_refused_and_not_taken(engine, bad):
-    live = lh.Stream(lh.Mahony(), engine=engine)
+    live = lh.Stream(lh.EKF(), engine=engine)
     live.update(*LEVEL, dt=0.01)
     before = live.numbers
     with pytest.raises(lh.LevelheadError, match="(?s)gyr is .*; it must be three numbers in rad/s"):
@@ -50,7 +50,7 @@ ROWS = {
 @pytest.mark.parametrize("layout", ROWS.values(), ids=ROWS)
 def test_rows_of_any_array_are_taken(engine, layout):
     recording = lh.simulate.recording("ICM-20948", "walking", 1.0, seed=3)
-    live, expected = lh.Stream(lh.Mahony(), engine=engine), lh.Stream(lh.Mahony(), engine=engine)
+    live, expected = lh.Stream(lh.EKF(), engine=engine), lh.Stream(lh.EKF(), engine=engine)
     for gyr, acc in zip(layout(recording.gyr), layout(recording.acc), strict=True):
         quat = live.update(gyr, acc, dt=0.01)
     for gyr, acc in zip(recording.gyr.tolist(), recording.acc.tolist(), strict=True):
@@ -83,7 +83,7 @@ def test_rows_at_once_are_updates_one_by_one(engine, stamped, with_mag):
 
 @EVERY_ENGINE
 def test_rows_that_are_refused_leave_the_stream_as_it_was(engine):
-    live = lh.Stream(lh.Mahony(), engine=engine)
+    live = lh.Stream(lh.EKF(), engine=engine)
     live.update(*LEVEL, t=1.0)
     before, gyr, acc = live.save(), np.zeros((3, 3)), np.full((3, 3), 5.0)
     refused = [
@@ -108,7 +108,7 @@ def test_rows_that_are_refused_leave_the_stream_as_it_was(engine):
 @EVERY_ENGINE
 @pytest.mark.parametrize("dt", [0.0, -0.01, math.nan, math.inf])
 def test_a_bad_dt_is_refused_and_the_sample_not_taken(engine, dt):
-    live = lh.Stream(lh.Kalman(), engine=engine)
+    live = lh.Stream(lh.EKF(), engine=engine)
     live.update(*LEVEL, dt=0.01)
     before = live.quat
     with pytest.raises(lh.LevelheadError, match="dt is .*; it must be the seconds since the last sample"):
@@ -139,7 +139,7 @@ def test_time_must_be_given_and_go_forward():
 @pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf, 1e300])
 @pytest.mark.parametrize("sensor", [0, 1, 2])
 def test_nonsense_readings_are_bridged_and_said(engine, bad, sensor):
-    live = lh.Stream(lh.Kalman(), engine=engine)
+    live = lh.Stream(lh.EKF(), engine=engine)
     sample = [(0.1, 0.0, 0.0), (0.0, 0.0, 9.81), (0.0, 19.0, -45.0)]
     for _ in range(5):
         live.update(*sample, dt=0.01)
@@ -198,7 +198,7 @@ def test_angles_wrap(engine):
     assert 178.9 < abs(angle) <= 180.0
 
 
-@EVERY_ENGINE
+@pytest.mark.parametrize("engine", ["python", NATIVE])
 def test_parameters_change_on_the_fly_and_reset_forgets(engine):
     live = lh.Stream(lh.Complementary(tau=100.0), engine=engine)
     for _ in range(20):
