@@ -43,9 +43,10 @@ def test_a_bus_that_fails_gives_the_safe_state_and_recovery(rig, fault, kind):
         assert np.isfinite(message.quat).all()
 
 
-def test_a_slow_source_is_not_silent(rig):
-    """Five samples a second are few, but not none."""
-    one = rig(calibrate=0)
+@pytest.mark.parametrize("calibrate", [0, 50])
+def test_a_slow_source_is_not_silent(rig, calibrate):
+    """Five samples a second are few, but not none; nor are those that the calibration takes."""
+    one = rig(calibrate=calibrate)
     poll, queue = one.node.source.poll, []
 
     def seldom():

@@ -17,7 +17,7 @@ def recording():
     return lh.Recording(rec.t, rec.gyr, rec.acc, mag, meta={"t0": 1_700_000_000.0})
 
 
-@pytest.mark.parametrize("name", ["log.bag", "log"])
+@pytest.mark.parametrize("name", ["log.bag", "log", "log.mcap"])
 @pytest.mark.parametrize("with_track", [False, True])
 def test_a_bag_reads_back(recording, tmp_path, name, with_track):
     track = lh.fuse(recording) if with_track else None
@@ -63,6 +63,14 @@ def by_hand(path, stamps, mags=(), second=None, topic="/imu"):
             for t in mags:
                 message = types[MAG](head(t), vector(1e-6 * (t % 1000), 19e-6, -45e-6), zero)
                 writer.write(connection, t, store.serialize_cdr(message, MAG))
+
+
+def test_hidden_files_beside_a_bag_are_left(recording, tmp_path):
+    """As macOS and file managers leave them."""
+    write_bag(recording, tmp_path / "log")
+    for name in (".DS_Store", "._log.db3", "._metadata.yaml"):
+        (tmp_path / "log" / name).write_bytes(b"\x00\x05\x16\x07")
+    np.testing.assert_array_equal(lh.read(tmp_path / "log").gyr, recording.gyr)
 
 
 def test_a_slower_magnetometer_goes_to_the_nearest_sample(tmp_path):

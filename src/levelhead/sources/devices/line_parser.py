@@ -34,7 +34,7 @@ MIN_INTERVAL = 1e-3  # s between two samples, at least
 UNDERSTOOD = 0.5  # s from the first line, after which it is said what is still missing
 MIN_NUMBERS = 6  # numbers of a gyroscope and an accelerometer
 PATIENCE = 200  # lines that make no sense, before it is said that none does
-GUESS_TIME, GUESS_LINES, GUESS_STEP = 2.0, 50, 25  # s and lines before columns are guessed; lines until the next try
+GUESS_TIME, GUESS_LINES, GUESS_STEP = 2.0, 25, 25  # s and lines before columns are guessed; lines until the next try
 
 
 class StampedLine(NamedTuple):
