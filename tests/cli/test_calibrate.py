@@ -38,6 +38,11 @@ def test_its_file_goes_on(levelhead, poses, tmp_path):
     assert said["residuals"]["accelerometer"]["ratio"] > 3.0
     file, out = tmp_path / "sensor-calibration.json", tmp_path / "out"
     assert levelhead("fuse", poses, "--prior", file, "-o", out, "--no-plot").code == 0
+    plain = ("fuse", poses, "-f", "Mahony", "--no-plot", "--json", "-o", out)
+    corrected = levelhead(*plain, "--calibration", file).json["score"]
+    assert levelhead(*plain, "--prior", file).json["score"] == corrected  # Mahony learns nothing
+    assert corrected["tilt"] < 0.5 * levelhead(*plain).json["score"]["tilt"]
+    assert levelhead(*plain, "--prior", file, "--calibration", file).code == 2
     assert levelhead("export", "Mahony", "--calibration", file, "-o", out).code == 0
     assert levelhead("export", "ESKF", "--prior", file, "-o", out).code == 0
     assert any("accelerometer scale" in path.read_text("utf-8") for path in out.rglob("*mahony*.h"))

@@ -286,7 +286,9 @@ def test_a_calibration_needs_a_filter_that_learns_and_a_file_that_is_one(refused
     log, out = logs / "nine.npz", tmp_path / "out"
     words = refused("fuse", log, "--filter", "EKF", "-o", out, "--save-calibration", tmp_path / "sensor.json")
     assert words.startswith("--save-calibration needs a filter that learns its sensor") and "--filter ESKF" in words
-    assert "--prior needs a filter" in refused("fuse", log, "--filter", "Kalman", "-o", out, "--prior", "sensor.json")
+    assert "cannot read the calibration sensor.json" in refused(
+        "fuse", log, "--filter", "Kalman", "-o", out, "--prior", "sensor.json"
+    )
     assert "cannot read the calibration" in refused(
         "fuse", log, "--filter", "ESKF", "-o", out, "--prior", tmp_path / "nowhere.json"
     )

@@ -158,7 +158,8 @@ class FuseArguments:
     """Draw the picture (needs the extra levelhead[plot]). A filter that calibrates its sensor gets a second one,
     LOG-calibration.png."""
     prior: Annotated[Path | None, Parameter(metavar="FILE")] = None
-    """Start with the calibration of the same sensor from an earlier --save-calibration."""
+    """Start with the calibration of the same sensor from an earlier --save-calibration. A filter that learns nothing
+    gets the readings without these errors, as with --calibration."""
     calibration: CalibrationFile = None
     save_calibration: Annotated[Path | None, Parameter(metavar="FILE")] = None
     """File for the calibration of the sensor from this run, with its 1σ, as JSON."""
@@ -204,6 +205,7 @@ class FuseArguments:
             raise LevelheadError(f"the heading is {self.heading:g}; expected degrees within ±360")
         if self.heading is not None and self.declination is not None:
             raise LevelheadError("--heading and --declination both turn the heading; give one of them")
+        prior, calibration = self._calibrations(params)
         require_writable(self.out)
         if self.format == "parquet":
             require("pyarrow", "writing Parquet", "formats")
@@ -218,8 +220,8 @@ class FuseArguments:
             format=self.format,
             plot=self.plot,
             smooth=smooth,
-            prior=read_prior(self.prior, params),
-            calibration=self.calibration,
+            prior=prior,
+            calibration=calibration,
             save_calibration=self.save_calibration,
             reading=self.reading,
             as_json=self.json,
@@ -231,6 +233,14 @@ class FuseArguments:
             motion=self.motion,
             field=field,
         )
+
+    def _calibrations(self, params: Params) -> "tuple[Calibration | None, Path | None]":
+        """What the filter starts with, and the file of what is taken off the readings."""
+        if self.prior is None or filters.of(params).calibration is not None:
+            return read_prior(self.prior, params), self.calibration
+        if self.calibration is not None:
+            raise LevelheadError("--prior and --calibration both correct the readings of this filter; give one of them")
+        return None, self.prior
 
     def _field(self) -> "EarthField | None":
         if self.place is None:
