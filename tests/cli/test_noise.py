@@ -49,6 +49,24 @@ def test_json_is_json_and_the_file_is_taken(levelhead, still, tmp_path):
     assert exported["params"]["q_bias"] == 0.5
 
 
+def test_kalibr_and_openvins_read_its_yaml(levelhead, still, tmp_path):
+    """As their loaders do: flat keys, all above 0, for Kalibr; the same under imu0 beside intrinsics for OpenVINS."""
+    yaml = pytest.importorskip("yaml")
+    said = levelhead("noise", still, "-o", tmp_path, "--no-plot", "--kalibr", "--json").json
+    text = (tmp_path / "still-imu.yaml").read_text("utf-8")
+    assert text.startswith("%YAML 1.0\n---\n")  # OpenCV's reader needs the directive
+    flat = yaml.safe_load(text)
+    density = said["gyr"]["white_noise_density"]["value"]
+    assert flat["gyroscope_noise_density"] == pytest.approx((sum(n * n for n in density) / 3.0) ** 0.5, rel=1e-5)
+    for sensor in ("accelerometer", "gyroscope"):
+        assert flat[f"{sensor}_noise_density"] > flat[f"{sensor}_random_walk"] > 0.0
+    assert flat["update_rate"] == pytest.approx(50.0, abs=0.01)
+    chain = flat.pop("imu0")
+    assert flat.items() <= chain.items()
+    assert chain["T_i_b"][3] == [0.0, 0.0, 0.0, 1.0]
+    assert {"Tw", "R_IMUtoGYRO", "Ta", "R_IMUtoACC", "Tg", "model", "time_offset"} <= chain.keys()
+
+
 @pytest.mark.parametrize(
     ("words", "sentence"),
     [

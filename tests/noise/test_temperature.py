@@ -58,6 +58,7 @@ def test_table_verdict_and_file(tmp_path):
     assert "gyroscope bias per K at" in noise_table(model)
     (line,) = [line for line in noise_verdict(model) if line.startswith("gyroscope: with temperature")]
     assert "weak" not in line
+    assert any("random walk K is of the temperature, which changed by" in line for line in noise_verdict(model))
     assert noise_facts(model)["gyr"]["temperature"]["high_C"] == pytest.approx(44.0, abs=0.3)
     model.save(tmp_path / "noise.json")
     again = lh.NoiseModel.read(tmp_path / "noise.json")

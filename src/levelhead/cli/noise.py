@@ -25,6 +25,7 @@ def noise(
     *,
     tau: Annotated[float | None, Parameter(metavar="S")] = None,
     chip: Annotated[str | None, Parameter(metavar="NAME")] = None,
+    kalibr: Annotated[bool, Parameter(negative="")] = False,
     out: Annotated[Path, Parameter(name=["--out", "-o"], metavar="DIR")] = Path(),
     plot: bool = True,
     json: Annotated[bool, Parameter(negative="")] = False,
@@ -39,6 +40,7 @@ def noise(
         log: a recording; its longest stretch at rest is used, at least 20 s, better an hour.
         tau: longest averaging time in seconds; a third of the stretch by default.
         chip: compare with the data sheet of MPU-6050, BMI160, LSM6DS3, LSM6DSO32 or ICM-20948; by default with all.
+        kalibr: also write LOG-imu.yaml with noise densities and random walks, for Kalibr (--imu) and OpenVINS.
         out: folder for the results.
         plot: draw the picture (needs the extra levelhead[plot]).
         json: print coefficients, verdict and Allan deviations as JSON.
@@ -56,6 +58,9 @@ def noise(
         model = measure_noise(recording, tau=tau, progress=report)
     written = [folder(out) / f"{log.stem}-noise.json"]
     model.save(written[0])
+    if kalibr:
+        written.append(out / f"{log.stem}-imu.yaml")
+        model.save_kalibr(written[1])
     if plot and can_draw():
         written += _draw(model, out, log.stem)
     if json:

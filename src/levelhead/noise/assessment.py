@@ -7,6 +7,7 @@ import numpy as np
 from levelhead.errors import LevelheadError, nearest
 from levelhead.noise.fit import FLICKER_SHARE
 from levelhead.noise.model import NoiseModel, TriadNoise
+from levelhead.noise.rounding import MAX_CORRECTED, MIN_NAMED
 from levelhead.noise.temperature import MIN_SIGMAS, WEAK_SPAN, TemperatureDrift
 from levelhead.simulate.presets import ACC_INSTABILITY, CHIPS, GYR_INSTABILITY, ONE_SIDED, Chip
 from levelhead.units import factor
@@ -55,7 +56,7 @@ def noise_verdict(model: NoiseModel, chip: Chip | None = None) -> list[str]:
             lines.append(_instability(name, triad, model.duration))
         lines += _fit(name, triad)
         if triad.drift is not None:
-            lines.append(_drift(name, triad.drift))
+            lines += _drift(name, triad.drift)
     return lines
 
 
@@ -113,7 +114,7 @@ def _instability(name: str, triad: TriadNoise, duration: float) -> str:
     return line
 
 
-def _drift(name: str, drift: TemperatureDrift) -> str:
+def _drift(name: str, drift: TemperatureDrift) -> list[str]:
     """What temperature does to the bias, and how much that is worth."""
     unit = {"gyr": "deg/s", "acc": "mg", "mag": "µT"}[name]
     scale = 1.0 / factor(name, unit)
@@ -123,14 +124,18 @@ def _drift(name: str, drift: TemperatureDrift) -> str:
         f"{NAMES[name]}: with temperature its bias changes by {slopes} {unit} per K at {drift.reference:g} °C, "
         f"{moved:.2g} {unit} in all from {drift.low:.1f} to {drift.high:.1f} °C"
     )
-    clear = (np.abs(drift.value[:, 1]) > MIN_SIGMAS * drift.sigma[:, 1]).any()
-    if not clear and not (np.abs(drift.value[:, 2:]) > MIN_SIGMAS * drift.sigma[:, 2:]).any():
+    walk = [
+        f"{NAMES[name]}: its random walk K is of the temperature, which changed by {drift.span:.1f} K: measure K again "
+        "when the sensor is warm"
+    ]
+    if not (np.abs(drift.value[:, 1:]) > MIN_SIGMAS * drift.sigma[:, 1:]).any():
+        walk = []
         line = (
             f"{NAMES[name]}: no change of its bias with temperature shows from {drift.low:.1f} to {drift.high:.1f} °C"
         )
     if drift.span < WEAK_SPAN:
         line += f"; weak, for it is {drift.span:.1f} K only: start with a cold sensor, {WEAK_SPAN:g} K or more"
-    return line
+    return [line, *walk]
 
 
 def _fit(name: str, triad: TriadNoise) -> list[str]:
@@ -139,6 +144,13 @@ def _fit(name: str, triad: TriadNoise) -> list[str]:
                  if one.used.any()), default=0.0)  # fmt: skip
     if begun > 1.5 / triad.rate:
         lines.append(f"{NAMES[name]}: below {begun:.2g} s it is quieter than white noise (the chip's filter): left out")
+    if triad.rounding > MAX_CORRECTED:
+        lines.append(
+            f"{NAMES[name]}: a bit is {triad.rounding:.2g} times the noise as read, so that N is of the rounding: "
+            "set a smaller full scale"
+        )
+    elif triad.rounding > MIN_NAMED:
+        lines.append(f"{NAMES[name]}: a bit is {triad.rounding:.2g} times the noise as read: N is without the rounding")
     worst = max((one.misfit for one in triad.fits), default=0.0)
     if worst > BAD_FIT:
         lines.append(

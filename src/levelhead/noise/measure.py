@@ -9,6 +9,7 @@ from levelhead.errors import LevelheadError, require
 from levelhead.noise.allan import AllanCurve, allan_curve
 from levelhead.noise.fit import NAMES, fit
 from levelhead.noise.model import UNITS, Coefficient, NoiseModel, TriadNoise
+from levelhead.noise.rounding import rounding_ratio, rounding_step, without_rounding
 from levelhead.noise.temperature import temperature_drift
 from levelhead.recording import Array, Recording, median
 from levelhead.signals.rest import StillStretch, still_stretches
@@ -105,9 +106,14 @@ def _triad(name: str, part: Recording, tau: float | None, report: Callable[[floa
         )
         for i, kind in enumerate(NAMES)
     }
+    steps = np.array([rounding_step(column) for column in axes])
+    ratios = np.array([rounding_ratio(column, step) for column, step in zip(axes, steps, strict=True)])
+    white = parts["white_noise_density"]
+    less = [without_rounding(one, steps, ratios, 1.0 / interval) for one in (white.value, white.low, white.high)]
+    parts["white_noise_density"] = Coefficient(less[0], white.sigma, less[1], less[2])
     warmth = part.temperature
     drift = None if warmth is None else temperature_drift(getattr(part, name), warmth)
-    return TriadNoise.of(1.0 / interval, parts, tuple(curves), tuple(fits), drift)
+    return TriadNoise.of(1.0 / interval, parts, tuple(curves), tuple(fits), drift, float(ratios.max()))
 
 
 def uniform(name: str, t: Array, values: Array) -> tuple[Array, float]:

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from levelhead.atomic import atomic_path
 from levelhead.errors import LevelheadError
 from levelhead.filters import of as filter_of
 from levelhead.filters.parameters import Params
@@ -55,6 +56,7 @@ class TriadNoise:
         curves: the Allan deviations of x, y and z; empty when read from a file.
         fits: how they were fitted; empty when read from a file.
         drift: how the biases change with temperature, where the recording has one.
+        rounding: size of a bit over the noise as read, the largest of the axes; 0: not rounded, or read from a file.
     """
 
     rate: float
@@ -65,6 +67,7 @@ class TriadNoise:
     curves: tuple[AllanCurve, ...] = ()
     fits: tuple[Coefficients, ...] = ()
     drift: TemperatureDrift | None = None
+    rounding: float = 0.0
 
     @classmethod
     def of(
@@ -74,10 +77,11 @@ class TriadNoise:
         curves: tuple[AllanCurve, ...] = (),
         fits: tuple[Coefficients, ...] = (),
         drift: TemperatureDrift | None = None,
+        rounding: float = 0.0,
     ) -> "TriadNoise":
         """From its coefficients by name."""
         quantisation, white, instability, walk = (parts[name] for name in NAMES)
-        return cls(rate, white, instability, walk, quantisation, curves, fits, drift)
+        return cls(rate, white, instability, walk, quantisation, curves, fits, drift, rounding)
 
     @property
     def density(self) -> float:
@@ -170,6 +174,32 @@ class NoiseModel:
             } | ({} if one.drift is None else {"temperature": one.drift.to_dict()})
             for name, one in self.triads.items()
         }  # fmt: skip
+
+    def save_kalibr(self, path: str | os.PathLike[str]) -> None:
+        """Write the IMU's noise as YAML for Kalibr (flat keys) and OpenVINS (under ``imu0``), whole or not at all.
+
+        The random walk is ``TriadNoise.walk``, which stands for bias instability too, or its bound where none shows:
+        Kalibr takes none of 0. Densities are two-sided, as everywhere here.
+
+        Raises:
+            LevelheadError: the path cannot be written.
+        """
+        noise = [
+            f"{name}_{kind}: {value:.6e}"
+            for name, one in (("accelerometer", self.acc), ("gyroscope", self.gyr))
+            for kind, value in (
+                ("noise_density", one.density),
+                ("random_walk", one.walk or float(one.random_walk.high.max())),
+            )
+        ]
+        flat = [*noise, "rostopic: /imu0", f"update_rate: {self.gyr.rate:.2f}"]
+        unit = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
+        chain = [f"T_i_b: {[[*row, 0.0] for row in unit] + [[0.0, 0.0, 0.0, 1.0]]}", *flat, "time_offset: 0.0"]
+        chain += ["model: kalibr", *(f"{name}: {unit}" for name in ("Tw", "R_IMUtoGYRO", "Ta", "R_IMUtoACC"))]
+        chain.append(f"Tg: {[[0.0, 0.0, 0.0]] * 3}")
+        with atomic_path(path) as temporary:
+            lines = ["%YAML 1.0", "---", *flat, "imu0:", *(f"  {line}" for line in chain)]
+            temporary.write_text("\n".join(lines) + "\n", encoding="utf-8")
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write it as JSON, whole or not at all.
