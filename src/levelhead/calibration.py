@@ -10,6 +10,7 @@ import math
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
+from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
@@ -23,6 +24,7 @@ from levelhead.kernels import correction
 from levelhead.kernels.correction import SensorErrors
 from levelhead.kernels.mat3 import Mat3
 from levelhead.kernels.vec3 import Vec3
+from levelhead.open_types import JsonObject
 from levelhead.recording import Array, Recording, real_array
 
 FORMAT = "levelhead calibration 1"
@@ -74,6 +76,51 @@ QUANTITIES = {block.name: block for block in BLOCKS if block.calibration} | MATR
 SYMMETRIC = (0, 2, 3, 2, 1, 4, 3, 4)  # where the numbers of soft iron stand in its matrix, but for the last
 
 
+@dataclass(frozen=True, eq=False)
+class TemperatureCurve:
+    """How the bias of one sensor changes with its temperature.
+
+    Attributes:
+        reference: T₀, °C.
+        low: coldest temperature that was measured, °C.
+        high: warmest, °C; beyond both the change at the nearer end counts.
+        value: (3, 3) change of the biases of x, y and z, rad/s or m/s² over K, K² and K³ from T₀.
+    """
+
+    reference: float
+    low: float
+    high: float
+    value: Array
+
+    def change(self, temperature: Array) -> Array:
+        """(n, 3) bias at (n,) °C minus that at the reference."""
+        off = np.clip(temperature, self.low, self.high) - self.reference
+        found: Array = np.stack([off, off**2, off**3], axis=1) @ self.value.T
+        return found
+
+    def to_dict(self) -> JsonObject:
+        """For JSON."""
+        return {"reference_C": self.reference, "low_C": self.low, "high_C": self.high, "value": self.value.tolist()}
+
+    @classmethod
+    def from_dict(cls, name: str, part: object) -> "TemperatureCurve":
+        """What ``to_dict`` made.
+
+        Raises:
+            LevelheadError: it is something else.
+        """
+        keys = ("reference_C", "low_C", "high_C")
+        if not isinstance(part, dict) or not all(isinstance(part.get(key), int | float) for key in keys):
+            raise LevelheadError(f"temperature.{name} is not whole; expected {', '.join(keys)} in °C, and value")
+        value = real_array(
+            f"temperature.{name}.value", part.get("value", ()), (3, 3), "the sensor's unit over K, K², K³"
+        )
+        reference, low, high = (float(part[key]) for key in keys)
+        if not np.isfinite([low, high, *value.ravel()]).all() or not low <= reference <= high:
+            raise LevelheadError(f"temperature.{name} is {part}; expected finite numbers, low_C ≤ reference_C ≤ high_C")
+        return cls(reference, low, high, value)
+
+
 class Calibration:
     """The errors of a sensor with their σ: the true rate is ω − S ω − b, the true specific force a − T a − c, the true
     field h − d ω × h with h = (1 − S_m) (μ − M μ) − o.
@@ -90,6 +137,8 @@ class Calibration:
         soft_iron: (5,) S_m: symmetric matrix without trace, by its xx, yy, xy, xz, yz; None: taken to be 0.
         field: (2,) horizontal and vertical (upwards) strength of the field in µT: of the place, not of the sensor.
         north: (1,) azimuth of magnetic north in rad, clockwise from the y axis of the orientation; likewise.
+        temperature: "gyr" and "acc" to how their biases change; the biases above are those at its reference. ``apply``
+            and ``fuse`` correct recordings with a temperature; a stream and exported C do not.
     """
 
     gyr_matrix: Quantity
@@ -102,8 +151,12 @@ class Calibration:
     north: Quantity | None
     acc_matrix: Quantity | None
     mag_matrix: Quantity | None
+    temperature: Mapping[str, TemperatureCurve]
 
-    def __init__(self, **parts: Quantity | None) -> None:
+    def __init__(
+        self, temperature: Mapping[str, TemperatureCurve] = MappingProxyType({}), /, **parts: Quantity | None
+    ) -> None:
+        object.__setattr__(self, "temperature", temperature)
         for name in parts:
             if name not in QUANTITIES:
                 raise LevelheadError(f"a Calibration has no '{name}'; {nearest(name, list(QUANTITIES))}")
@@ -125,7 +178,7 @@ class Calibration:
 
     def with_north(self, north: Quantity) -> "Calibration":
         """The same with another azimuth of north, of an orientation that was turned."""
-        return Calibration(**{**self._parts(), "north": north})
+        return Calibration(self.temperature, **{**self._parts(), "north": north})
 
     def prior(self) -> dict[str, Estimate]:
         """Estimates for the next run of the same sensor, by name.
@@ -140,7 +193,22 @@ class Calibration:
 
     def without(self, *names: str) -> "Calibration":
         """The same without some quantities."""
-        return Calibration(**{name: part for name, part in self._parts().items() if name not in names})
+        parts = {name: part for name, part in self._parts().items() if name not in names}
+        return Calibration(self.temperature, **parts)
+
+    def with_temperature(self, curves: Mapping[str, TemperatureCurve], gyr_bias: Quantity) -> "Calibration":
+        """The same with how biases change, and the gyroscope's at the reference."""
+        return Calibration(dict(curves), **{**self._parts(), "gyr_bias": gyr_bias})
+
+    @classmethod
+    def of_nothing(cls, **known: Quantity | None) -> "Calibration":
+        """One with these quantities alone; of all others nothing is known."""
+        nothing = {
+            name: Quantity(*(np.zeros(block.shape) for _ in range(4)))
+            for name, block in QUANTITIES.items()
+            if block.exists == ALWAYS
+        }
+        return cls(**nothing | known)
 
     def _parts(self) -> dict[str, Quantity | None]:
         return {name: getattr(self, name) for name in QUANTITIES}
@@ -151,7 +219,7 @@ class Calibration:
         The field of a sample whose rate is missing is not corrected for the delay; a sensor that is silent (all zero)
         stays so. ``truth.bias`` becomes what is left. Bit by bit what ``levelhead export --calibration`` does in C.
         """
-        errors = self.errors
+        errors, recording = self.errors, self.at_reference(recording)
         gyr = _rows(correction.true_rate(errors, _columns(recording.gyr)))
         acc = _unless_silent(recording.acc, correction.true_force(errors, _columns(recording.acc)))
         mag = recording.mag
@@ -162,6 +230,20 @@ class Calibration:
         if truth is not None and truth.bias is not None:
             truth = replace(truth, bias=_rows(correction.true_rate(errors, _columns(truth.bias))))
         return replace(recording, gyr=gyr, acc=acc, mag=mag, truth=truth)
+
+    def at_reference(self, recording: Recording) -> Recording:
+        """The recording without the change of its biases with temperature; without a thermometer a note is added."""
+        if not self.temperature:
+            return recording
+        warmth = recording.temperature
+        known = np.zeros(0, dtype=bool) if warmth is None else np.isfinite(warmth)
+        if warmth is None or not known.any():
+            note = "the log has no temperature, so that biases are corrected as those at the reference"
+            notes = (*recording.meta.get("notes", ()), note)
+            return replace(recording, meta={**recording.meta, "notes": notes})
+        warmth = np.interp(recording.t, recording.t[known], warmth[known])
+        corrected = {name: getattr(recording, name) - curve.change(warmth) for name, curve in self.temperature.items()}
+        return replace(recording, **corrected)
 
     def matrices(self) -> "Calibration | None":
         """What no filter estimates, alone: to be taken off the readings that a filter gets; None: nothing."""
@@ -177,7 +259,8 @@ class Calibration:
         """The same with the matrices of another that no filter estimates."""
         if other is None:
             return self
-        return Calibration(**self._parts() | {name: getattr(other, name) for name in MATRICES})
+        parts = self._parts() | {name: getattr(other, name) for name in MATRICES}
+        return Calibration(other.temperature, **parts)
 
     @property
     def errors(self) -> SensorErrors:
@@ -206,12 +289,15 @@ class Calibration:
 
     def to_dict(self) -> dict[str, object]:
         """For JSON: of each quantity its unit and its four attributes as lists; None for what was not there."""
-        return {
+        found: dict[str, object] = {
             name: None if part is None else {"unit": QUANTITIES[name].unit} | {
                 one.name: getattr(part, one.name).tolist() for one in fields(part)
             }
             for name, part in self._parts().items()
         }  # fmt: skip
+        if self.temperature:
+            found["temperature"] = {name: one.to_dict() for name, one in self.temperature.items()}
+        return found
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write it as JSON, whole or not at all.
@@ -239,7 +325,11 @@ class Calibration:
             LevelheadError: a part that is missing or wrong; the sentence begins with ``source``.
         """
         try:
-            return cls(**{name: _read(name, parts.get(name)) for name in QUANTITIES})
+            curves = parts.get("temperature", {})
+            if not isinstance(curves, dict) or not curves.keys() <= {"gyr", "acc"}:
+                raise LevelheadError("temperature is no table of gyr and acc; expected one, or nothing")
+            temperature = {name: TemperatureCurve.from_dict(name, one) for name, one in curves.items()}
+            return cls(temperature, **{name: _read(name, parts.get(name)) for name in QUANTITIES})
         except LevelheadError as error:
             raise LevelheadError(f"{source}: {error}") from None
 
@@ -256,6 +346,11 @@ class Calibration:
         missing = [words for words in map(_reasons_missing, quantities) if words]
         if self.mag_delay is not None and not self.mag_delay.known[0] and self.mag_delay.sigma[0] > 0.0:
             missing.append("magnetometer delay (too little rotation)")
+        lines += [
+            f"{words} bias by temperature, {curve.low:.1f} to {curve.high:.1f} °C; above: at {curve.reference:.1f} °C"
+            for name, words in (("gyr", "gyroscope"), ("acc", "accelerometer"))
+            if (curve := self.temperature.get(name)) is not None
+        ]
         if missing:
             lines.append(f"could not be learned from this motion: {', '.join(missing)}")
         return [line.replace(" -", " −") for line in lines]

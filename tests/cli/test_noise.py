@@ -1,8 +1,10 @@
 """``levelhead noise`` and the commands that take its file."""
 
+import dataclasses
 import json
 import re
 
+import numpy as np
 import pytest
 
 from levelhead import simulate
@@ -113,3 +115,18 @@ def test_a_filter_without_noise_is_refused(levelhead, still, tmp_path):
     said = levelhead("fuse", still, "-f", "Mahony", "--noise", tmp_path / "still-noise.json", "-o", tmp_path / "out")
     assert said.code == 2
     assert "Mahony has no noise to set" in said.err
+
+
+@pytest.mark.slow
+def test_a_temperature_model_goes_on_to_fuse(levelhead, tmp_path):
+    """A sensor that warms up: --temperature makes a calibration, and fuse corrects the log with it."""
+    recording = simulate.recording("LSM6DSO32", "still", duration=120.0, rate=20.0, seed=1)
+    warm = 25.0 + 15.0 * recording.t / 120.0
+    gyr = recording.gyr + np.outer(warm - 30.0, [0.002, 0.0, 0.0])
+    write_csv(dataclasses.replace(recording, gyr=gyr, temperature=warm), tmp_path / "warm.csv")
+    file, log = tmp_path / "warm.json", tmp_path / "warm.csv"
+    assert levelhead("noise", log, "--temperature", file, "--no-plot", "-o", tmp_path).code == 0
+    plain = ("fuse", log, "-f", "GyroIntegration", "--no-plot", "--json", "-o", tmp_path)
+    raw = levelhead(*plain).json["score"]["total"]
+    assert levelhead(*plain, "--calibration", file).json["score"]["total"] < 0.1 * raw
+    assert levelhead("noise", log, "--temperature", log, "--no-plot", "-o", tmp_path).code == 2  # no calibration

@@ -7,6 +7,7 @@ import pytest
 
 import levelhead as lh
 from levelhead import simulate
+from levelhead.noise import calibrate_temperature
 from levelhead.noise.assessment import noise_verdict
 from levelhead.noise.temperature import temperature_drift
 from levelhead.publish.noise_table import noise_facts, noise_table
@@ -106,3 +107,30 @@ def test_names_and_units(tmp_path, head, values, celsius):
     else:
         np.testing.assert_allclose(read.temperature[[0, -1]], celsius, atol=1e-9)
         assert head not in read.meta["ignored"]
+
+
+@pytest.mark.slow
+def test_a_warming_sensor_is_corrected(tmp_path):
+    """Of another run: the rate at rest that is left is a tenth, by ``apply``, a file and a prior alike."""
+    found = calibrate_temperature(lh.measure_noise(warming(3)))
+    found.save(tmp_path / "warm.json")
+    again = lh.Calibration.read(tmp_path / "warm.json")
+    assert again.to_dict() == found.to_dict()
+    assert "gyroscope bias by temperature, 25." in str(again)
+    other = warming(4, span=15.0)
+    change = again.at_reference(other).gyr - np.asarray(other.gyr)
+    warm = 25.0 + 15.0 * (1.0 - np.exp(-3.0 * other.t / other.duration))
+    off = warm[:, None] - 35.0
+    put_in = SLOPE * off + BEND * off**2
+    left = put_in + change
+    assert (np.ptp(left, axis=0) < 0.1 * np.ptp(put_in[:, 0])).all()
+    kept = lh.fuse(other, prior=again).calibration
+    assert kept.temperature.keys() == again.temperature.keys()
+    bare = dataclasses.replace(other, temperature=None)
+    assert "the log has no temperature" in again.apply(bare).meta["notes"][-1]
+
+
+def test_without_a_change_there_is_no_model():
+    still = simulate.recording("LSM6DSO32", "still", duration=30.0, rate=50.0, seed=1)
+    with pytest.raises(lh.LevelheadError, match="no temperature that changes by"):
+        calibrate_temperature(lh.measure_noise(still))

@@ -16,9 +16,8 @@ from levelhead.calibrate.magnetometer import (
     level_sigma,
 )
 from levelhead.calibrate.pose_calibration import Residual, digits, quantity, words_of_gain
-from levelhead.calibration import QUANTITIES, Calibration, Quantity
+from levelhead.calibration import Calibration, Quantity
 from levelhead.errors import LevelheadError, require
-from levelhead.filters.eskf.state import ALWAYS
 from levelhead.open_types import JsonObject
 from levelhead.recording import Array, Recording
 
@@ -174,12 +173,7 @@ def magnetic_parts(fit: FieldFit) -> dict[str, Quantity | None]:
 
 def _calibration(fit: FieldFit) -> Calibration:
     """The magnetometer's numbers alone; of the others nothing is known."""
-    others = {
-        name: Quantity(*(np.zeros(block.shape) for _ in range(4)))
-        for name, block in QUANTITIES.items()
-        if block.exists == ALWAYS
-    }
-    return Calibration(**others | magnetic_parts(fit))
+    return Calibration.of_nothing(**magnetic_parts(fit))
 
 
 def coverage(fields: Array) -> float:

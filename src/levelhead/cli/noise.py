@@ -25,6 +25,7 @@ def noise(
     *,
     tau: Annotated[float | None, Parameter(metavar="S")] = None,
     chip: Annotated[str | None, Parameter(metavar="NAME")] = None,
+    temperature: Annotated[Path | None, Parameter(metavar="FILE")] = None,
     kalibr: Annotated[bool, Parameter(negative="")] = False,
     out: Annotated[Path, Parameter(name=["--out", "-o"], metavar="DIR")] = Path(),
     plot: bool = True,
@@ -40,27 +41,38 @@ def noise(
         log: a recording; its longest stretch at rest is used, at least 20 s, better an hour.
         tau: longest averaging time in seconds; a third of the stretch by default.
         chip: compare with the data sheet of MPU-6050, BMI160, LSM6DS3, LSM6DSO32 or ICM-20948; by default with all.
+        temperature: calibration file to which the change of the biases with temperature is added; made if missing. The
+            --calibration and --prior of `fuse` correct logs with a temperature.
         kalibr: also write LOG-imu.yaml with noise densities and random walks, for Kalibr (--imu) and OpenVINS.
         out: folder for the results.
         plot: draw the picture (needs the extra levelhead[plot]).
         json: print coefficients, verdict and Allan deviations as JSON.
     """
-    from levelhead.noise import measure_noise
+    from levelhead.noise import calibrate_temperature, measure_noise
     from levelhead.noise.assessment import find_chip
     from levelhead.publish.noise_table import noise_facts, noise_table
     from levelhead.publish.progress import progress
 
     page = None if chip is None else find_chip(chip)
     require_writable(out)
+    known = None
+    if temperature is not None and temperature.exists():
+        from levelhead.calibration import Calibration
+
+        known = Calibration.read(temperature)
     with progress(f"reading {log.name}"):
         recording = reading.read(log)
     with progress("measuring noise") as report:
         model = measure_noise(recording, tau=tau, progress=report)
+    warmed = None if temperature is None else calibrate_temperature(model, known)
     written = [folder(out) / f"{log.stem}-noise.json"]
     model.save(written[0])
+    if warmed is not None and temperature is not None:
+        warmed.save(temperature)
+        written.append(temperature)
     if kalibr:
         written.append(out / f"{log.stem}-imu.yaml")
-        model.save_kalibr(written[1])
+        model.save_kalibr(written[-1])
     if plot and can_draw():
         written += _draw(model, out, log.stem)
     if json:

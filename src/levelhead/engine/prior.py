@@ -36,10 +36,12 @@ def apply_prior(flt: Filter, carry: Carry, prior: Calibration | None) -> Carry:
 
 
 def correct_recording(recording: Recording, prior: Calibration | None) -> Recording:
-    """The recording without what a prior from poses knows and no filter learns: matrices of accelerometer and
-    magnetometer.
+    """The recording without the errors that a prior has and no filter learns: matrices of accelerometer and
+    magnetometer, and the change of biases with temperature.
     """
-    fixed = prior.matrices() if isinstance(prior, Calibration) else None
+    if not isinstance(prior, Calibration):
+        return recording
+    fixed, recording = prior.matrices(), prior.at_reference(recording)
     return recording if fixed is None else fixed.apply(recording)
 
 

@@ -7,5 +7,6 @@
 
 from levelhead.noise.measure import measure_noise
 from levelhead.noise.model import Coefficient, NoiseModel, TriadNoise
+from levelhead.noise.temperature_calibration import calibrate_temperature
 
-__all__ = ["Coefficient", "NoiseModel", "TriadNoise", "measure_noise"]
+__all__ = ["Coefficient", "NoiseModel", "TriadNoise", "calibrate_temperature", "measure_noise"]

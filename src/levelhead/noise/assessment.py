@@ -8,7 +8,7 @@ from levelhead.errors import LevelheadError, nearest
 from levelhead.noise.fit import FLICKER_SHARE
 from levelhead.noise.model import NoiseModel, TriadNoise
 from levelhead.noise.rounding import MAX_CORRECTED, MIN_NAMED
-from levelhead.noise.temperature import MIN_SIGMAS, WEAK_SPAN, TemperatureDrift
+from levelhead.noise.temperature import WEAK_SPAN, TemperatureDrift
 from levelhead.simulate.presets import ACC_INSTABILITY, CHIPS, GYR_INSTABILITY, ONE_SIDED, Chip
 from levelhead.units import factor
 
@@ -128,7 +128,7 @@ def _drift(name: str, drift: TemperatureDrift) -> list[str]:
         f"{NAMES[name]}: its random walk K is of the temperature, which changed by {drift.span:.1f} K: measure K again "
         "when the sensor is warm"
     ]
-    if not (np.abs(drift.value[:, 1:]) > MIN_SIGMAS * drift.sigma[:, 1:]).any():
+    if not drift.clear:
         walk = []
         line = (
             f"{NAMES[name]}: no change of its bias with temperature shows from {drift.low:.1f} to {drift.high:.1f} °C"

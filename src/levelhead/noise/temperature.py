@@ -13,6 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from levelhead.calibration import TemperatureCurve
 from levelhead.open_types import JsonObject
 from levelhead.recording import Array
 
@@ -74,6 +75,15 @@ class TemperatureDrift:
     def span(self) -> float:
         """K between the coldest block and the warmest."""
         return self.high - self.low
+
+    @property
+    def clear(self) -> bool:
+        """Whether a change of the bias with temperature shows."""
+        return bool((np.abs(self.value[:, 1:]) > MIN_SIGMAS * self.sigma[:, 1:]).any())
+
+    def curve(self) -> TemperatureCurve:
+        """For a Calibration."""
+        return TemperatureCurve(self.reference, self.low, self.high, self.value[:, 1:])
 
     def to_dict(self) -> JsonObject:
         """For JSON: b₀ to b₃ of x, y and z, without the blocks."""
