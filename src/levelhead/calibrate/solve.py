@@ -264,7 +264,7 @@ def _magnetometer(recordings: Sequence[Recording]) -> tuple[FieldFit, Residual] 
     blocks = field_blocks(recordings, 0.0)
     fit = fit_field(blocks)
     gain = heading_gain(blocks, fit)
-    return (fit, gain) if gain.ratio >= 1.0 else None
+    return (fit, gain) if gain.better else None
 
 
 def gyr_bias(poses: Sequence[Pose]) -> tuple[Array, Array]:

@@ -25,7 +25,7 @@ def pose_picture(found: PoseCalibration, path: str | Path) -> None:
     title = (
         f"{len(found.force)} poses: what is left of |a| − g falls from {part.before:.2g} to {part.held_out:.2g} m/s²"
     )
-    made = style.figure(13.0, 4.6, f"{title} where held out")
+    made = style.figure(13.0, 4.6, f"{title} where held out" if part.left_out else title)
     grid = made.subplots(1, 4, width_ratios=(1.0, 1.0, 1.25, 1.25))
     unit = found.force / np.linalg.norm(found.force, axis=1, keepdims=True)
     _half(grid[0], unit, 1.0, "Side up, z upwards")
