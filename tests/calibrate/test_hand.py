@@ -107,7 +107,7 @@ def test_whole_turns_on_the_table_give_the_scale():
 
 
 def test_a_real_log_held_in_the_hand(data_dir):
-    """xio's log beside imufusion: a sensor held in 18 poses; where held out, |a| is nearer to g by more than 4 times."""
+    """xio's log beside imufusion: held in 18 poses; where held out, |a| is nearer to g by more than 4 times."""
     found = lh.calibrate_sensor(lh.read(data_dir / "samples" / "xio_sensor_data.csv"))
     assert len(found.force) > 12
     assert found.accelerometer.ratio > 4.0
