@@ -85,7 +85,7 @@ def test_the_wrong_chip_is_refused_at_the_start(rig):
     one = rig()
     one.wires.chips[0x68].identity = 0x71
     one.wires.chips[0x68].reset()
-    with pytest.raises(SensorError, match="says that it is 0x71"):
+    with pytest.raises(SensorError, match="has identity 0x71"):
         one.node.run(duration=1.0)
     assert one.drain(one.orientations) == []
 
@@ -98,7 +98,7 @@ def test_another_chip_that_is_plugged_in_while_it_runs_is_refused(rig):
         one.wires.chips[0x68].reset()
 
     one.clock.at(3.0, swap)
-    with pytest.raises(SourceLost, match="says that it is 0x71; expected 0x68"):
+    with pytest.raises(SourceLost, match="has identity 0x71; expected 0x68"):
         one.node.run(duration=60.0)
     events = one.events()
     assert events.index("silent") < events.index("wrong_chip") < events.index("stopped")

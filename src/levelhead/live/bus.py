@@ -26,7 +26,7 @@ class Command(NamedTuple):
 
     Attributes:
         changes: parameter → value.
-        answer: takes "" when they are set, or the sentence that says why they are not.
+        answer: takes "" when they are set, or the reason why they are not, a sentence.
     """
 
     changes: JsonObject
@@ -34,7 +34,7 @@ class Command(NamedTuple):
 
 
 class MessageBus(Protocol):
-    """What a node asks of a bus."""
+    """The side of a bus that a node uses."""
 
     commands: deque[Command]  # that wait for the node
 
@@ -55,7 +55,7 @@ class MessageBus(Protocol):
         ...
 
     def troubles(self) -> list[tuple[str, str]]:
-        """What went wrong since the last question: (event, sentence)."""
+        """Faults since the last call: (event, sentence)."""
         ...
 
     def close(self) -> None:

@@ -123,7 +123,7 @@ class FoxgloveServer(NodeOutput):
 
 
 class _ParameterListener:
-    """What clients ask of the parameters; called from a thread of the server."""
+    """Answers the requests of clients for parameters; called from a thread of the server."""
 
     def __init__(self, server: FoxgloveServer) -> None:
         self._owner = server
@@ -142,7 +142,7 @@ class _ParameterListener:
         return [one for one in self._owner.parameters() if one.name in names]
 
     def __getattr__(self, name: str) -> Callable[..., None]:
-        """The server tells of more, which does not matter here."""
+        """The server calls more methods, which do nothing here."""
         if name.startswith("on_"):
             return lambda *_: None
         raise AttributeError(name)

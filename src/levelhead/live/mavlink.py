@@ -91,7 +91,7 @@ class MavlinkSource:
         """A datagram needs no connection."""
 
     def poll(self) -> list[Sample]:
-        """What came."""
+        """The samples since the last call."""
         samples: list[Sample] = []
         assert self._socket is not None
         for _ in range(MAX_DATAGRAMS):

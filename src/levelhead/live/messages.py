@@ -1,4 +1,4 @@
-"""What goes over the bus: three kinds of message, as tuples in a process, as compact versioned bytes between processes.
+"""The messages on the bus: three kinds, as tuples in a process, as compact versioned bytes between processes.
 
 Bytes begin with "LH", the version of the layout and the kind; all numbers are little-endian. A reader refuses another
 version by name instead of guessing.
@@ -17,7 +17,7 @@ from levelhead.open_types import JsonObject
 ORIENTATION, RAW, HEALTH, CONFIG = "imu/orientation", "imu/raw", "imu/health", "imu/config"
 TOPICS = (ORIENTATION, RAW, HEALTH, CONFIG)
 SET = "imu/set"  # the other way, a query with {"beta": 0.1}: asks the node for other parameters
-CLOCK = "imu/clock"  # a query: the node's id and its clock; with it a reader says what it could not keep up with
+CLOCK = "imu/clock"  # a query: the node's id and its clock; with it a reader reports the messages that it missed
 ALIVE = "imu/alive"  # imu/alive/ID: the liveliness token of a node
 VERSION = 1
 HEADER = struct.Struct("<2sBBIQdq")  # "LH", version, kind, node, seq, t, stamp
@@ -32,10 +32,10 @@ class OtherVersion(LevelheadError):
 
 
 class Orientation(NamedTuple):
-    """What the node makes of a sample.
+    """The node's orientation at a sample.
 
     Attributes:
-        node: which node says it: a random number per run.
+        node: the sender: a random number per run.
         seq: number of the sample, from 0, in all three topics.
         t: s on the source's clock.
         stamp: ns since 1970, when the node took the sample.

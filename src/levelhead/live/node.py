@@ -42,7 +42,7 @@ class Node:
     Args:
         source: where samples come from; the node starts and closes it.
         params: the filter, as for ``Stream``; None: the best one.
-        guard: as for ``Stream``; full scales that the source knows are filled in.
+        guard: as for ``Stream``; the source's full scales are filled in.
         rate: ticks per second, Hz.
         calibrate: samples at rest from which the gyroscope's bias is measured before the first orientation; 0: none.
         bus: where messages go; None: a bus of its own, ``node.bus``.

@@ -136,7 +136,7 @@ def _open_emulated(
 
 
 def closed_motion(wanted: BoardSpec, rate: float, style: str, seed: int, half: float = HALF_LOOP) -> Recording:
-    """What the chips feel on a motion that returns to where it began, so that it can go on for ever.
+    """The readings of a motion that returns to its start, so that it can go on for ever.
 
     The second half is the first one backwards: rates and velocities change their sign, accelerations do not. The
     magnetometer is one that has been calibrated.

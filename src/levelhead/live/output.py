@@ -1,4 +1,4 @@
-"""What the outputs of a node have in common: a thread that sends its messages on."""
+"""The base of a node's outputs: a thread that sends its messages on."""
 
 import math
 import threading

@@ -1,4 +1,4 @@
-"""What keeps interpreter and system from interrupting the node's loop."""
+"""Means that keep interpreter and system from interrupting the node's loop."""
 
 import gc
 import os

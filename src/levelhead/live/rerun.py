@@ -13,7 +13,7 @@ from levelhead.track import Track
 
 
 def rerun(path: str | os.PathLike[str], engine: str = "auto") -> tuple[Track, Track]:
-    """What the node said, and what a new stream says to the same samples.
+    """The node's orientations, and those of a new stream for the same samples.
 
     Args:
         path: the black box.

@@ -187,7 +187,7 @@ class Ros2Source:
         """DDS finds publishers by itself."""
 
     def poll(self) -> list[Sample]:
-        """What came; a field goes to the sample that is read with it."""
+        """The samples since the last call; a field goes to the sample that is read with it."""
         imu, mag = self._readers
         field = None
         for message in mag.take(N=DEPTH):

@@ -1,4 +1,4 @@
-"""The ROS 2 messages that a node publishes and reads, as Cyclone DDS knows them: types of ``sensor_msgs`` and others.
+"""The ROS 2 messages that a node publishes and reads, in the form of Cyclone DDS: types of ``sensor_msgs`` and others.
 
 Names and fields are those of the ROS interface packages; ROS puts ``dds_`` and a final underscore into a type's name.
 """

@@ -120,7 +120,7 @@ class SamplePath:
         self._fused_time = sample.t
         if (
             not abs(w) + abs(i) + abs(j) + abs(k) <= MAX_NORM_SUM
-        ):  # no filter gives that; if one does, nobody may use it
+        ):  # no filter gives that; if one does, it is not published
             self._journal.note("refused", "the filter's orientation is not finite")
             self._safe_state.enter("the filter's orientation is not finite")
             self._stream.reset()

@@ -22,7 +22,7 @@ READERS = 256  # whose counts are kept
 
 
 class ZenohBus:
-    """What is published goes to this process and to all that connect.
+    """Each published message goes to this process and to all that connect.
 
     Args:
         endpoint: where to listen.

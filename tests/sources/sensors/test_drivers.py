@@ -410,12 +410,12 @@ def test_a_chip_that_lost_its_power_gives_no_samples(bench, text):
 @pytest.mark.parametrize(
     "chip, driver, said",
     [
-        (lambda w: EmulatedMPU6050(w, identity=0x70), mpu6050.MPU6050, "it is 0x70; expected 0x68, a MPU-6050"),
+        (lambda w: EmulatedMPU6050(w, identity=0x70), mpu6050.MPU6050, "identity 0x70; expected 0x68, a MPU-6050"),
         (lambda w: EmulatedLSM6DSO32(w, identity=0x69), lsm6dso32.LSM6DSO32, "expected 0x6c, a LSM6DSO32"),
         (lambda w: EmulatedICM20948(w, identity=0x71), icm20948.ICM20948, "expected 0xea, a ICM-20948"),
-        (lambda w: EmulatedHMC5883L(w, identity=b"H44"), HMC5883L, "says that it is 0x34; expected 0x33"),
+        (lambda w: EmulatedHMC5883L(w, identity=b"H44"), HMC5883L, "has identity 0x34; expected 0x33"),
         (lambda w: EmulatedQMC5883L(w, identity=0x00), QMC5883L, "expected 0xff, a QMC5883L"),
-        (lambda w: EmulatedBMP280(w, identity=0x60), BMP280, "says that it is 0x60; expected 0x58, a BMP280"),
+        (lambda w: EmulatedBMP280(w, identity=0x60), BMP280, "has identity 0x60; expected 0x58, a BMP280"),
     ],
 )  # fmt: skip
 def test_another_chip_at_the_address_is_refused(bench, chip, driver, said):

@@ -203,9 +203,9 @@ def test_hubs_are_found_on_a_bus(bench, text):
 
 def test_another_chip_at_the_address_and_ranges_that_do_not_exist(bench):
     one = bench("bno055")
-    with pytest.raises(SensorError, match="says that it is 0xa1; expected 0xa0, a BNO055"):
+    with pytest.raises(SensorError, match="has identity 0xa1; expected 0xa0, a BNO055"):
         BNO055(EmulatedBus(EmulatedBNO055(one.world, identity=0xA1)), wait=one.clock.wait).start()
-    with pytest.raises(SensorError, match="does not say who it is; expected a BNO085"):
+    with pytest.raises(SensorError, match="sends no identity; expected a BNO085"):
         BNO085(Packets(), wait=nothing).start()
     with pytest.raises(lh.LevelheadError, match="needs a bus with i2c_rdwr"):
         BNO085(Registers({}), wait=nothing).start()

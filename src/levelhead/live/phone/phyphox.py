@@ -113,7 +113,7 @@ class PhyphoxSource:
         return found
 
     def poll(self) -> list[Sample]:
-        """What came since the last time."""
+        """The samples since the last call."""
         with self._lock:
             return [PHONE_AXES.apply(sample) for sample in self._streams.take()]
 

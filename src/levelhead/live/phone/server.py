@@ -60,7 +60,7 @@ class _Server(ThreadingHTTPServer):
     owner: PhoneServer
 
     def finish_request(self, request: Untyped, client_address: Untyped) -> None:
-        """On the connection's own thread, so that a slow handshake keeps nobody waiting."""
+        """On the connection's own thread, so that a slow handshake delays no other."""
         request.settimeout(TIMEOUT)
         try:
             first = request.recv(1, socket.MSG_PEEK)

@@ -1,4 +1,4 @@
-"""What a node starts: a phone that sends by the page, by Sensor Logger or by datagrams."""
+"""The source of a node: a phone that sends by the page, by Sensor Logger or by datagrams."""
 
 import ipaddress
 import math
@@ -111,7 +111,7 @@ class PhoneSource:
             self._streams.add(reading)
 
     def poll(self) -> list[Sample]:
-        """What came."""
+        """The samples since the last call."""
         with self._lock:
             self._read_datagrams()
             return [PHONE_AXES.apply(sample) for sample in self._streams.take()]
@@ -149,7 +149,7 @@ class PhoneSource:
             self._datagrams.close()
 
     def instructions(self) -> str:
-        """What to open on the phone, with a QR code where segno is installed."""
+        """The address for the phone, with a QR code where segno is installed."""
         if self.address == LOOPBACK:
             own = network_address()
             hint = f"; for a phone in this network: --source phone:{own}" if own else ""

@@ -31,9 +31,9 @@ UNIT_LINES = 20  # lines of numbers by which units are judged
 SHOWN = 60  # letters of a line in a sentence
 MAX_BYTES = 4096  # bytes of a line; more without an end is no text
 MIN_INTERVAL = 1e-3  # s between two samples, at least
-UNDERSTOOD = 0.5  # s from the first line, after which it is said what is still missing
+UNDERSTOOD = 0.5  # s from the first line, after which the missing part is reported
 MIN_NUMBERS = 6  # numbers of a gyroscope and an accelerometer
-PATIENCE = 200  # lines that make no sense, before it is said that none does
+PATIENCE = 200  # lines that make no sense, before an error
 GUESS_TIME, GUESS_LINES, GUESS_STEP = 2.0, 25, 25  # s and lines before columns are guessed; lines until the next try
 
 
@@ -115,7 +115,7 @@ class LineParser:
         return self._samples(kept)
 
     def lacking(self, at: float) -> str:
-        """What arrives and what is missing, where lines come and make no sample by host time ``at``; each said once."""
+        """The lines that arrive and the missing names, while no sample is made by host time ``at``; each once."""
         if self.known or not self._seen or at - self._seen[0][1] < UNDERSTOOD:
             return ""
         waits = "lines" if len(self._seen) < UNIT_LINES else "names"
@@ -143,7 +143,7 @@ class LineParser:
         return found
 
     def _is_header(self, text: str) -> bool:
-        """A device that was reset says its header again."""
+        """A device that was reset sends its header again."""
         return self._layout is not None and tuple(cells(text, self._layout.delimiter)) == self._names
 
     def _sample(self, row: StampedLine) -> Sample:

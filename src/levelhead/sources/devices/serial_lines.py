@@ -97,11 +97,11 @@ class SerialLines:
         self.start()
 
     def poll(self) -> list[Sample]:
-        """What came since the last time.
+        """The samples since the last call.
 
         Raises:
             SensorError: the device is gone.
-            LevelheadError: what it says has no gyroscope, no accelerometer, or units that cannot be told.
+            LevelheadError: its lines have no gyroscope, no accelerometer, or units that cannot be told.
         """
         data = self._read()
         if not data:

@@ -1,4 +1,4 @@
-"""What every live source offers: boards, serial lines, replays."""
+"""The interface of every live source: boards, serial lines, replays."""
 
 from typing import Protocol
 
@@ -43,7 +43,7 @@ class Source(Protocol):
         ...
 
     def poll(self) -> list[Sample]:
-        """What is new, the oldest first, without waiting for it.
+        """The new samples, the oldest first, without waiting.
 
         Raises:
             SensorError: it cannot be reached any more.
@@ -51,7 +51,7 @@ class Source(Protocol):
         ...
 
     def troubles(self) -> list[tuple[str, str]]:
-        """What went wrong since the last question without ending the source: (name of the event, sentence)."""
+        """Faults since the last call that did not end the source: (name of the event, sentence)."""
         ...
 
     def close(self) -> None:

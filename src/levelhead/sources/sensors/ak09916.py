@@ -42,7 +42,7 @@ class AK09916:
         """Checks who it is, resets it and sets the rate.
 
         Raises:
-            SensorError: nobody answers, or another chip does.
+            SensorError: no chip answers, or another one does.
         """
         for offset, identity in enumerate(self.IDENTITY):
             self.port.expect(self.WIA1 + offset, identity)

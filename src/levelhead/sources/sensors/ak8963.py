@@ -45,7 +45,7 @@ class AK8963:
         """Checks who it is, resets it, reads its sensitivities (8.3.11) and sets the rate.
 
         Raises:
-            SensorError: nobody answers, or another chip does.
+            SensorError: no chip answers, or another one does.
         """
         self.port.expect(self.WIA, self.IDENTITY)
         self.port.write(self.CNTL2, 0x01)

@@ -95,7 +95,7 @@ class BMP280:
         """Checks who it is, resets it, reads its trimming values and lets it run.
 
         Raises:
-            SensorError: nobody answers, or another chip does.
+            SensorError: no chip answers, or another one does.
         """
         self.port.expect(ID, IDENTITY)
         self.port.write(RESET, RESET_WORD)

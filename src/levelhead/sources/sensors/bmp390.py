@@ -81,7 +81,7 @@ class BMP390:
         """Checks who it is, resets it, reads its trimming values and lets it run.
 
         Raises:
-            SensorError: nobody answers, or another chip does.
+            SensorError: no chip answers, or another one does.
         """
         if self.port.read(ID, 1)[0] != BMP388:
             self.port.expect(ID, IDENTITY)

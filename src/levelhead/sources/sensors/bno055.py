@@ -61,7 +61,7 @@ class BNO055:
         """Identifies the chip, resets it and lets its filter run.
 
         Raises:
-            SensorError: nobody answers, or another chip does.
+            SensorError: no chip answers, or another one does.
         """
         port = self.port
         port.write(PAGE_ID, 0x00)
@@ -86,7 +86,7 @@ class BNO055:
         data = self.port.read(DATA, LENGTH)
         now = self._clock()
         if blank(data):
-            if self._last or now - self._at > FIRST_DATA:
+            if any(data) or self._last or now - self._at > FIRST_DATA:
                 raise self.port.implausible()
             return FifoReading([], now)
         since = (now - self._at) * RATE

@@ -77,7 +77,7 @@ class BNO085:
         """Resets the hub, asks who it is, and switches its reports on.
 
         Raises:
-            SensorError: nobody answers, or another chip does.
+            SensorError: no chip answers, or another one does.
         """
         self._sent = [0] * (LAST_CHANNEL + 1)
         self._restart()
@@ -87,7 +87,7 @@ class BNO085:
         if self._find_answer(PRODUCT) is None:
             raise SensorError(
                 "wrong_chip",
-                f"the chip at 0x{self.port.address:02x} does not say who it is; expected a {NAME}: check its name",
+                f"the chip at 0x{self.port.address:02x} sends no identity; expected a {NAME}: check its name",
             )
         interval = round(1e6 / self.rate)
         for report in (ACCELEROMETER, GYROSCOPE, ROTATION, MAGNETOMETER):

@@ -28,7 +28,7 @@ from levelhead.sources.sensors.sample_clock import SampleClock
 
 
 class Inertial(Protocol):
-    """What the drivers of gyroscope and accelerometer have in common; ranges in °/s and m/s²."""
+    """The interface of drivers of gyroscope and accelerometer; ranges in °/s and m/s²."""
 
     name: str
     port: Port
@@ -41,7 +41,7 @@ class Inertial(Protocol):
 
 
 class Magnetometer(Protocol):
-    """What the drivers of magnetometers have in common."""
+    """The interface of drivers of magnetometers."""
 
     name: str
     port: Port
@@ -186,7 +186,7 @@ class Board:
         """The samples that are new, the oldest first; the last one carries what magnetometer and barometer have new.
 
         Raises:
-            SensorError: the inertial chip does not answer, or says what no sensor says.
+            SensorError: the inertial chip does not answer, or gives impossible readings.
         """
         reading = self._inertial.drain()
         rows, at = reading.rows, reading.time
@@ -218,8 +218,9 @@ class Board:
         return mag
 
     def _read_auxiliary(self, driver: Untyped, now: float) -> Untyped:
-        """What a chip beside the inertial one has new. If it fails, that is said, and it is set up anew a second later:
-        gyroscope and accelerometer go on without it.
+        """The new reading of a chip beside the inertial one. A fault is reported, and the chip set up a second later.
+
+        Gyroscope and accelerometer go on without it.
         """
         if now < self._broken.get(driver.name, now):
             return None
@@ -233,7 +234,7 @@ class Board:
             return None
 
     def troubles(self) -> list[tuple[str, str]]:
-        """What went wrong since the last question without ending the source: (event, sentence)."""
+        """Faults since the last call that did not end the source: (event, sentence)."""
         found = self._troubles
         if found:
             self._troubles = []

@@ -13,7 +13,7 @@ RETRIES = 3  # further tries of a transfer before it counts as failed
 
 
 class Bus(Protocol):
-    """What smbus2.SMBus has, with its own signatures; addresses are the 7-bit ones.
+    """Methods of smbus2.SMBus, with its own signatures; addresses are the 7-bit ones.
 
     A transfer that fails raises OSError: EREMOTEIO where nothing acknowledges the address, ETIMEDOUT where a line is
     held down.
@@ -151,13 +151,13 @@ class Port:
         """Makes sure that the chip is the one that it should be.
 
         Raises:
-            SensorError: nobody answers, or another chip does.
+            SensorError: no chip answers, or another one does.
         """
         found = self.read(register, 1)[0]
         if found & mask != identity:
             raise SensorError(
                 "wrong_chip",
-                f"the chip at 0x{self.address:02x} says that it is 0x{found:02x}; expected 0x{identity:02x}, "
+                f"the chip at 0x{self.address:02x} has identity 0x{found:02x}; expected 0x{identity:02x}, "
                 f"a {self.chip}: check its name and address",
             )
 

@@ -58,7 +58,7 @@ class HMC5883L:
         """Checks who it is, sets rate and gain, and lets it run.
 
         Raises:
-            SensorError: nobody answers, or another chip does.
+            SensorError: no chip answers, or another one does.
         """
         for offset, letter in enumerate(self.IDENTITY):
             self.port.expect(self.ID_A + offset, letter)
@@ -124,7 +124,7 @@ class QMC5883L:
         """Checks who it is, resets it, and lets it run.
 
         Raises:
-            SensorError: nobody answers, or another chip does.
+            SensorError: no chip answers, or another one does.
         """
         self.port.expect(self.CHIP_ID, self.IDENTITY)
         self.port.write(self.CONTROL_2, self.SOFT_RESET)

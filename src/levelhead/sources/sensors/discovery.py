@@ -1,4 +1,4 @@
-"""What answers on an I²C bus: known chips, by the identity that each of them gives. Nothing is written."""
+"""The chips that answer on an I²C bus: known ones, by the identity that each of them gives. Nothing is written."""
 
 import errno
 import re
@@ -57,7 +57,7 @@ def i2c_buses(folder: Path = Path("/dev")) -> list[int]:
 
 
 def find_chips(bus: Bus) -> list[FoundChip]:
-    """The chips that answer at the addresses of those that levelhead knows.
+    """The chips that answer at the addresses of known ones.
 
     Raises:
         OSError: the bus itself does not work; a chip that is not there is no error.
@@ -83,7 +83,7 @@ def find_chips(bus: Bus) -> list[FoundChip]:
 
 
 def _read(bus: Bus, address: int, register: int, length: int) -> bytes | None:
-    """Registers of a chip; None: nobody acknowledges the address."""
+    """Registers of a chip; None: the address is not acknowledged."""
     try:
         return bytes(bus.read_byte_data(address, register + i) for i in range(length))
     except OSError as error:

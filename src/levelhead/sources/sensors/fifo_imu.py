@@ -36,7 +36,7 @@ class FifoLevel(NamedTuple):
 
 
 class ChipSettings(NamedTuple):
-    """What a chip is set to: samples a second (Hz) and the register codes of the two full scales."""
+    """Settings of a chip: samples a second (Hz) and the register codes of the two full scales."""
 
     rate: float
     gyr_code: int
@@ -86,7 +86,7 @@ class FifoChip(NamedTuple):
 
 
 class FifoReading(NamedTuple):
-    """What a FIFO held.
+    """The content of a FIFO.
 
     Attributes:
         rows: (gyr in rad/s, acc in m/s²), the oldest first.
@@ -110,7 +110,7 @@ class FifoImu:
         chip: which one.
         bus: the bus.
         address: None: the chip's usual one.
-        rate: samples a second, Hz; the chip takes the next one that it has (``rate`` tells which).
+        rate: samples a second, Hz; the chip takes the next one that it has (see ``rate``).
         gyr_range: full scale in °/s.
         acc_range: full scale in g.
         clock: host time in s.
@@ -146,7 +146,7 @@ class FifoImu:
         """Identifies the chip, wakes it, sets ranges, filters and rate, and empties the FIFO.
 
         Raises:
-            SensorError: nobody answers, or another chip does.
+            SensorError: no chip answers, or another one does.
         """
         self._chip.configure(self.port, self._settings)
         self.empty()
@@ -157,7 +157,7 @@ class FifoImu:
         self._chip.empty(self.port)
 
     def drain(self) -> FifoReading:
-        """All whole samples of the FIFO. After an overflow it is emptied, because nobody knows which samples are gone
+        """All whole samples of the FIFO. After an overflow it is emptied, because the lost samples are unknown
         (or, where the size of the FIFO is no multiple of a sample's, where one begins), and the reading says so.
 
         Raises:
@@ -184,7 +184,7 @@ class FifoImu:
     def _read_words(self, count: int) -> list[bytes] | None:
         """``count`` words, in as few block reads as possible.
 
-        A transfer that fails is not tried again: its bytes may be gone, and nobody knows where the next word begins.
+        A transfer that fails is not tried again: its bytes may be gone, and the place of the next word is unknown.
         The FIFO is emptied then, and the answer is None.
 
         Raises:

@@ -47,7 +47,7 @@ class LIS3MDL:
         """Checks who it is, resets it, and lets it run.
 
         Raises:
-            SensorError: nobody answers, or another chip does.
+            SensorError: no chip answers, or another one does.
         """
         self.port.expect(self.WHO_AM_I, self.IDENTITY)
         self.port.write(self.CTRL2, self.SOFT_RESET)
