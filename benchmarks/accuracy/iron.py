@@ -33,13 +33,20 @@ def columns(shares: tuple[float, ...]) -> dict[str, str]:
     return titles
 
 
-def north_error(recording: Recording, track: lh.Track, clean: Array) -> tuple[float, float]:
-    """Degrees by which ``Track.north`` is off the mean of the clean field in the reference's frame, and its 1σ."""
+def mean_field(recording: Recording) -> Array:
+    """(3,) mean of the readings in the reference's frame."""
+    assert recording.truth is not None and recording.mag is not None
+    quat = recording.truth.quat
+    known = np.isfinite(quat).all(axis=1) & np.isfinite(recording.mag).all(axis=1)
+    field: Array = to_scipy(quat[known]).apply(recording.mag[known]).mean(axis=0)
+    return field
+
+
+def north_error(recording: Recording, track: lh.Track, field: Array) -> tuple[float, float]:
+    """Degrees by which ``Track.north`` is off a field in the reference's frame at the end, and its 1σ."""
     assert recording.truth is not None and track.north is not None
     heading = split_error(error_quaternion(track.quat, recording.truth.quat)).heading
-    known = np.isfinite(heading) & np.isfinite(clean).all(axis=1)
-    east, north, _ = to_scipy(recording.truth.quat[known]).apply(clean[known]).mean(axis=0)
-    off = track.north.azimuth + heading[known][-1] - math.atan2(east, north)
+    off = track.north.azimuth + heading[np.isfinite(heading)][-1] - math.atan2(field[0], field[1])
     return math.degrees((off + math.pi) % (2.0 * math.pi) - math.pi), math.degrees(track.north.sigma)
 
 
@@ -59,7 +66,7 @@ def row(path: Path, shares: tuple[float, ...], way: Array) -> dict[str, object]:
     for share in shares:
         bent = bend(recording, share, way)
         errors = [measure_errors(bent, one.orientation(bent), False, None, frame).rotated for one in METHODS]
-        off, sigma = north_error(bent, lh.fuse(bent), recording.mag)
+        off, sigma = north_error(bent, lh.fuse(bent), mean_field(recording))
         found |= {f"vqf {share}": round(errors[0], 2), f"ours {share}": round(errors[1], 2)}
         found[f"north {share}"] = f"{abs(off):.1f} ± {sigma:.1f}"
     return found

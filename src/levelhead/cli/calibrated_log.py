@@ -14,7 +14,8 @@ if TYPE_CHECKING:
     from levelhead.recording import Recording
     from levelhead.sources.interpretation import Interpretation
 
-OFFSET_ALONE = 0.95  # correlation of the field's turns with the gyroscope's once offset and axes are allowed for
+OFFSET_ALONE = 0.8  # of what offset and axes explain of a field's turns an offset explains alone, at least,
+LEAST_FREE = 0.5  # where they explain so much (a correlation)
 DOES_NOT_TURN = ("mag.used", "does_not_turn")
 
 CalibrationFile = Annotated[
@@ -42,9 +43,8 @@ def read_with_field(reading: Reading, log: Path) -> "Recording":
 
 def keep_field_with_offset(found: "Interpretation") -> "Interpretation":
     """The interpretation with the magnetometer that only its offset keeps from turning with the body."""
-    offset = any(
-        (one.about, one.reason) == DOES_NOT_TURN and one.facts["free"] >= OFFSET_ALONE for one in found.conclusions
-    )
+    left_out = (one.facts for one in found.conclusions if (one.about, one.reason) == DOES_NOT_TURN)
+    offset = any(facts["offset"] >= OFFSET_ALONE * max(facts["free"], LEAST_FREE) for facts in left_out)
     return found.without(*DOES_NOT_TURN) if offset else found
 
 

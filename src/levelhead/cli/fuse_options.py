@@ -137,8 +137,8 @@ class FuseArguments:
     to true north."""
     north: bool = True
     """Turn the whole track so that its heading points to magnetic north, where the log has a magnetometer and σ of
-    north is at most 30°. --no-north: heading starts as the filter found it, and `north` is only printed. A stream that
-    shall turn to north has the parameter north_rate; without it a drone that follows the heading flies straight on."""
+    north is at most 30°. --no-north: heading starts as the filter found it, and `north` is only printed. `levelhead
+    run` turns to north by 2 °/s at most, and never jumps."""
     place: Annotated[str | None, Parameter(metavar="LAT,LON[,ALT]", allow_leading_hyphen=True)] = None
     """Place of the log in degrees and m. The World Magnetic Model gives the declination. Its strength and dip are
     printed beside those that were measured (needs the extra levelhead[place])."""
@@ -185,7 +185,7 @@ class FuseArguments:
             LevelheadError: an option is wrong, does not fit the filter, or names a folder that cannot be written.
         """
         found = read_parameters(self.tuned, self.filter)
-        params = parse_filter(self.filter, self.set, smooth, self.noise, found)
+        params = parse_filter(self.filter, self.set, filters.offline if smooth else filters.default, self.noise, found)
         guard = parse_guard(self.guard, found)
         field = self._field()
         declination = self.declination if field is None else field.declination

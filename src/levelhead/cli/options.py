@@ -210,12 +210,12 @@ def _number_or_text(text: str) -> float | str:
 def parse_filter(
     name: str | None,
     pairs: Sequence[str],
-    offline: bool = False,
+    default: Callable[[], Params] = filters.default,
     noise: Path | None = None,
     tuned: "ParameterFile | None" = None,
 ) -> Params:
     """The Params object for ``--filter NAME --params FILE --noise FILE --set k=v``; without a name the best
-    filter of the file.
+    filter of the file, or ``default``.
     """
     values = parse_settings(pairs)
     if tuned is not None:
@@ -223,7 +223,7 @@ def parse_filter(
     elif name is not None:
         chosen = filters.find(name).params(**values)
     else:
-        chosen = filters.offline() if offline else filters.default()
+        chosen = default()
         for parameter in values:
             require_parameter(chosen, parameter)
     chosen = with_noise(chosen, noise)

@@ -6,6 +6,7 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
+from levelhead import filters
 from levelhead.cli.options import (
     Axes,
     FilterName,
@@ -55,6 +56,8 @@ def run(
 ) -> None:
     """Run a node: samples in, orientation out, until Ctrl-C.
 
+    With a magnetometer heading turns to north by 2 °/s at most, without a jump; --set north_rate=0 keeps it relative.
+
     Args:
         source: emulated:mpu6050 (no hardware), mpu6050 or another chip on I²C (mpu6050+hmc5883l@1:0x69),
             serial:/dev/ttyUSB0@115200, phone:192.168.1.5 (a page at this machine's address, also for Sensor Logger),
@@ -90,7 +93,7 @@ def run(
     from levelhead.sources import parse_counts, parse_map, parse_units
 
     found = read_parameters(tuned, filter)
-    params, before = parse_filter(filter, set, tuned=found), parse_guard(guard, found)
+    params, before = parse_filter(filter, set, filters.live, tuned=found), parse_guard(guard, found)
     if duration is not None and not duration > 0.0:
         raise LevelheadError(f"the duration is {duration:g}; expected seconds, more than 0")
     if calibrate is not None and calibrate < 0:

@@ -106,6 +106,14 @@ def default() -> ESKF:
     return ESKF()
 
 
+def live() -> ESKF:
+    """The same for a node, which a person reads as a compass and a robot follows: it turns to north, and never jumps.
+
+    The rate of the turn, 2 °/s at most, is far below that of a heading controller, and its rest is part of σ.
+    """
+    return ESKF(north_rate=2.0)
+
+
 def offline() -> ESKF:
     """The same for a recording that is known to its end.
 

@@ -79,7 +79,7 @@ class Node:
             self.guard = guard._replace(
                 gyr_range=guard.gyr_range or source.gyr_range, acc_range=guard.acc_range or source.acc_range
             )
-        self._stream = Stream(filters.default() if params is None else params, guard=self.guard)
+        self._stream = Stream(filters.live() if params is None else params, guard=self.guard)
         self.bus: Any = LocalBus() if bus is None else bus
         self.id = int.from_bytes(os.urandom(4), "little")
         for topic in TOPICS:

@@ -22,7 +22,8 @@ class FieldTurn(NamedTuple):
     Attributes:
         correlation: of the field's turn with the gyroscope's, as the axes are.
         scale: how far the field turns for 1 of the gyroscope's.
-        free: the same correlation when any 3×3 axes and any offset are allowed.
+        offset: the same correlation when any offset is allowed.
+        free: the same when any 3×3 axes are allowed too.
         turned: rms turn of the body per span, rad.
         spans: how many independent ones.
         length: of the field that turns with the body, without a constant offset, in the magnetometer's unit.
@@ -31,6 +32,7 @@ class FieldTurn(NamedTuple):
 
     correlation: float
     scale: float
+    offset: float
     free: float
     turned: float
     spans: int
@@ -72,15 +74,16 @@ def field_turn(t: Array, gyr: Array, mag: Array, span: float = SPAN) -> FieldTur
     columns = np.concatenate([turn[:, :, None] * middle[:, None, :], turn[:, :, None]], axis=2).reshape(len(turn), -1)
     fit, *_ = np.linalg.lstsq(columns, real, rcond=None)
     left = float(((real - columns @ fit) ** 2).sum())
+    offset, length, error = _without_offset(turn, middle, real, step)
     return FieldTurn(
-        both / np.sqrt(norms[0] * norms[1]), both / norms[1], float(np.sqrt(max(0.0, 1.0 - left / norms[0]))),
-        float(np.sqrt((turn * turn).sum(axis=1).mean())), len(turn) // step,
-        *_free_length(turn, middle, real, step),
+        both / np.sqrt(norms[0] * norms[1]), both / norms[1], offset,
+        float(np.sqrt(max(0.0, 1.0 - left / norms[0]))), float(np.sqrt((turn * turn).sum(axis=1).mean())),
+        len(turn) // step, length, error,
     )  # fmt: skip
 
 
-def _free_length(turn: Array, middle: Array, real: Array, step: int) -> tuple[float, float]:
-    """(length, its 1σ) of the field without a constant offset b, in the unit of ``middle``.
+def _without_offset(turn: Array, middle: Array, real: Array, step: int) -> tuple[float, float, float]:
+    """``offset``, ``length`` and ``error`` of a FieldTurn, without a constant offset b.
 
     Least squares of Δm = −θ × (m − b), which is linear in b. Of spans that overlap each ``step``-th counts.
     """
@@ -92,9 +95,13 @@ def _free_length(turn: Array, middle: Array, real: Array, step: int) -> tuple[fl
     left = target - cross @ offset
     weight = np.linalg.eigvalsh(cross.T @ cross)
     if not weight[0] > 1e-12 * weight[-1]:
-        return 0.0, math.inf
+        return 0.0, 0.0, math.inf
+    field = middle - offset
+    said = -np.cross(turn, field)
+    norms = float((real * real).sum() * (said * said).sum())
+    correlation = float((real * said).sum()) / math.sqrt(norms) if norms > 0.0 else 0.0
     variance = step * float(left @ left) / len(left) * float((1.0 / weight).mean())
-    return float(np.median(np.linalg.norm(middle - offset, axis=1))), math.sqrt(variance)
+    return correlation, float(np.median(np.linalg.norm(field, axis=1))), math.sqrt(variance)
 
 
 def _spans(t: Array, gyr: Array, mag: Array, span: float) -> tuple[Array, Array, Array, int] | None:

@@ -32,19 +32,18 @@ is added to the variances of all three axes in each second: they share a chip, a
 one that nothing measures.
 
 **Two time scales of a field.** y = H + s − e, the innovation of a block's mean field, through a low-pass filter of time
-constant τ becomes ȳ. With P_e, the mean variance of a component that the states explain, the density of what changes
-within seconds is
+constant τ becomes ȳ. Innovations of blocks of T seconds are white, and each has the variance P_e + D_f/T, with P_e the
+mean variance of a component that the states explain. So the density of what changes within seconds is
 
-    now = max(0, 2 τ (|ȳ|²/3 − P_e)),   D_f = max(now, its mean over ``FIELD_DENSITY_TIME``, ``mag_noise``² |H|²)   (33)
+    now = max(0, 2 τ |ȳ|²/3 − P_e T),   D_f = max(now, its mean over ``FIELD_DENSITY_TIME``, ``mag_noise``² |H|²)   (33)
 
-What lasts as long as a body stays in a place has the variance σ_s². v = e − H through a low-pass filter of
-``PLACE_INNOVATION_TIME`` is v̄; with P_v, the variance of v that the states but s explain,
+What lasts as long as a body stays in a place has the variance σ_s² |H|². One step of expectation maximisation in each
+block, as for body velocity,
 
-    now = max(0, (v̄_r² + v̄_z²)/2 − P_v − D_f/(2 · 5 s)) (``place_time`` + 5 s)/``place_time``
-    σ_s² = its mean over ``PLACE_MEMORY``, at least (``mag_place`` |H|/2)²                                        (34)
+    σ_s² = mean over ``PLACE_MEMORY`` of (s_r² + P_rr + s_z² + P_zz)/(2 |H|²), at least (``mag_place``/2)²         (34)
 
-of the radial and the vertical component alone: the azimuth contains the drift of heading, and a wrong bias would be
-taken for a bad room. When σ_s² grows by Δ, Δ/(1 + t/(2 ``place_time``)) is added to the variance of H, t s in motion.
+takes the radial and the vertical component of s alone: the azimuth contains the drift of heading, and a wrong bias
+would be taken for a bad room.
 
 **Body velocity.** The variance of u in (12) is the running mean of u² + P_uu: one step of expectation
 maximisation in each block.
@@ -74,18 +73,25 @@ from math import sqrt
 from levelhead.compiler.mark import kernel, noinline
 from levelhead.filters.eskf import aiding
 from levelhead.filters.eskf import state as at
-from levelhead.filters.eskf.covariance import add_variance, set_independent, state_variance, update_scalar, vector
+from levelhead.filters.eskf.covariance import (
+    add_variance,
+    field_scale,
+    set_independent,
+    state_variance,
+    update_scalar,
+    vector,
+)
 from levelhead.filters.eskf.params import ESKF
 from levelhead.kernels.arrays import Floats, add_scaled, copy
 from levelhead.kernels.elapsed import has_elapsed
 from levelhead.kernels.mat3 import Mat3, det
+from levelhead.kernels.tilt import NO_LENGTH
 from levelhead.kernels.vec3 import ZERO, Vec3, dot, sub
 from levelhead.units import DEGREE, GRAVITY
 
 INNOVATION_TIME = 2.0  # s, τ
 DENSITY_TIME = 10.0  # s
 FIELD_DENSITY_TIME = 30.0  # s
-PLACE_INNOVATION_TIME = 5.0  # s
 LEAST_PLACE = 0.5  # of the 1σ at the start
 PLACE_MEMORY = 60.0  # s over which the variance of the field of a place is averaged
 AT_REST = 50.0  # times as long a body that rests stays in the field of its place
@@ -183,39 +189,28 @@ def set_density(params: ESKF, m: Floats, k: int, excess: float) -> None:
 
 
 @noinline
-def adapt_field(params: ESKF, m: Floats, e: Vec3, explained: float, lasting: float, resting: bool) -> None:
-    """Eqs. 33 and 34, from a block's mean field e and the variances of its innovation that the states explain.
-
-    ``explained`` is the mean over the three axes, ``lasting`` the same without what the place adds.
-    """
+def adapt_field(params: ESKF, m: Floats, e: Vec3, explained: float, resting: bool) -> None:
+    """Eqs. 33 and 34, from a block's mean field e and P_e, the mean over three axes of what the states explain."""
     time = m[at.BLOCK_TIME] / (AT_REST if resting else 1.0)
-    h = vector(m, at.MEAN + at.FIELD)
-    v = sub(e, h)
-    off = sub(v, vector(m, at.MEAN + at.PLACE))
+    h, s = vector(m, at.MEAN + at.FIELD), vector(m, at.MEAN + at.PLACE)
+    off = sub(sub(e, h), s)
     weight = time / (INNOVATION_TIME + time)
     m[at.FIELD_INNOVATION] += weight * (off.x - m[at.FIELD_INNOVATION])
     m[at.FIELD_INNOVATION + 1] += weight * (off.y - m[at.FIELD_INNOVATION + 1])
     m[at.FIELD_INNOVATION + 2] += weight * (off.z - m[at.FIELD_INNOVATION + 2])
     mean = vector(m, at.FIELD_INNOVATION)
-    now = max(0.0, 2.0 * INNOVATION_TIME * (dot(mean, mean) / 3.0 - explained))
+    now = max(0.0, 2.0 * INNOVATION_TIME * dot(mean, mean) / 3.0 - explained * m[at.BLOCK_TIME])
     m[at.MEAN_FIELD_DENSITY] += time / (FIELD_DENSITY_TIME + time) * (now - m[at.MEAN_FIELD_DENSITY])
     m[at.FIELD_DENSITY] = max(m[at.MEAN_FIELD_DENSITY], now)
-    level = sqrt(h.x * h.x + h.y * h.y)
-    weight = time / (PLACE_INNOVATION_TIME + time)
-    if level > 0.0:
-        m[at.MEAN_PLACE] += weight * ((v.x * h.x + v.y * h.y) / level - m[at.MEAN_PLACE])
-    m[at.MEAN_PLACE + 1] += weight * (v.z - m[at.MEAN_PLACE + 1])
-    a, b = m[at.MEAN_PLACE], m[at.MEAN_PLACE + 1]
-    fast = m[at.FIELD_DENSITY] / (2.0 * PLACE_INNOVATION_TIME)
-    now = max(0.0, 0.5 * (a * a + b * b) - lasting - fast)
-    now = now * (params.place_time + PLACE_INNOVATION_TIME) / params.place_time
-    m[at.FIELD_TIME] += time
-    before = m[at.PLACE_VARIANCE]
+    level2 = max(h.x * h.x + h.y * h.y, NO_LENGTH)
+    radial = s.x * h.x + s.y * h.y
+    row = at.P + at.PLACE * at.ROW + at.PLACE
+    own = h.x * h.x * m[row] + 2.0 * h.x * h.y * m[row + 1] + h.y * h.y * m[row + at.ROW + 1]
+    upward = s.z * s.z + state_variance(m, at.PLACE + 2)
+    now = 0.5 * ((radial * radial + own) / level2 + upward) / field_scale(m)
     least = LEAST_PLACE * params.mag_place
-    found = before + time / (PLACE_MEMORY + time) * (now - before)
-    m[at.PLACE_VARIANCE] = max(found, least * least * dot(h, h))
-    if found > before:
-        add_variance(m, at.FIELD, 3, (found - before) / (1.0 + m[at.FIELD_TIME] / (2.0 * params.place_time)))
+    found = m[at.PLACE_VARIANCE] + time / (PLACE_MEMORY + time) * (now - m[at.PLACE_VARIANCE])
+    m[at.PLACE_VARIANCE] = max(found, least * least)
 
 
 @kernel

@@ -73,7 +73,7 @@ def start_block(m: Floats, first: int, size: int, start: float, walk: float, uni
 @kernel
 def add_walk(m: Floats, first: int, size: int, start: float, walk: float, unit: float) -> None:
     """``state.declare_states`` of the process noise: the random walk over the block of samples."""
-    add_variance(m, first, size, walk * walk * m[at.BLOCK_TIME])
+    add_variance(m, first, size, walk * walk * unit * unit * m[at.BLOCK_TIME])
 
 
 start_inertial = noinline(instance(at.inertial_states, "start_inertial", declare_states=start_block))
@@ -88,6 +88,14 @@ walk_aided = instance(at.aided_states, "walk_aided", declare_states=add_walk)
 def vector(m: Floats, first: int) -> Vec3:
     """Three numbers of the memory, from ``first`` on."""
     return Vec3(m[first], m[first + 1], m[first + 2])
+
+
+@kernel
+def field_scale(m: Floats) -> float:
+    """|H|² with its uncertainty, in units of the first field's norm, squared."""
+    x, y, z = vector(m, at.MEAN + at.FIELD)
+    variance = state_variance(m, at.FIELD) + state_variance(m, at.FIELD + 1) + state_variance(m, at.FIELD + 2)
+    return x * x + y * y + z * z + variance / 3.0
 
 
 @kernel

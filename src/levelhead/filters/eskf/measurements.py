@@ -7,7 +7,9 @@ from levelhead.filters.eskf import aiding
 from levelhead.filters.eskf import state as at
 from levelhead.filters.eskf.adaptation import AT_REST, adapt_field, mean_travel
 from levelhead.filters.eskf.covariance import (
+    field_scale,
     rotate_velocity_error,
+    set_independent,
     state_variance,
     update_bounded,
     update_scalar,
@@ -15,7 +17,7 @@ from levelhead.filters.eskf.covariance import (
 )
 from levelhead.filters.eskf.params import ESKF
 from levelhead.kernels.arrays import Floats
-from levelhead.kernels.vec3 import dot, scale, sub
+from levelhead.kernels.vec3 import dot, norm, scale, sub
 from levelhead.units import DEGREE, GRAVITY
 
 REST_SPEED = 0.02  # m/s, 1σ at rest
@@ -136,27 +138,10 @@ def update_zero_rate(m: Floats, n: int) -> None:
 
 
 @kernel
-def field_scale(m: Floats) -> float:
-    """|H|² with its uncertainty, in units of the first field's norm, squared."""
-    h = vector(m, at.MEAN + at.FIELD)
-    variance = state_variance(m, at.FIELD) + state_variance(m, at.FIELD + 1) + state_variance(m, at.FIELD + 2)
-    return dot(h, h) + variance / 3.0
-
-
-@kernel
 def field_noise(params: ESKF, m: Floats, resting: bool) -> float:
     """Variance of the mean field of a block, in units of the first field's norm, squared, eq. 17."""
     density = max(params.mag_noise * params.mag_noise * field_scale(m), m[at.FIELD_DENSITY])
     return density * (AT_REST if resting else 1.0) / m[at.BLOCK_TIME]
-
-
-@kernel
-def product(m: Floats, i: int, n: int) -> float:
-    """Row i of P times the row h of a measurement: the covariance of state i with what is measured."""
-    total = 0.0
-    for j in range(n):
-        total += m[at.P + i * at.ROW + j] * m[at.H + j]
-    return total
 
 
 @noinline
@@ -170,10 +155,10 @@ def update_field(params: ESKF, m: Floats, resting: bool, n: int) -> bool:
     x, y, z = e
     if m[at.NORTH_TIME] == 0.0:  # H begins with the first mean field, so that nothing else explains it
         m[at.MEAN + at.FIELD], m[at.MEAN + at.FIELD + 1], m[at.MEAN + at.FIELD + 2] = e
+        set_independent(m, at.PLACE, 3, params.mag_place * norm(e))
     noise = field_noise(params, m, resting)
     size2 = field_scale(m)
     explained = 0.0
-    lasting = 0.0
     far = False
     for i in range(3):
         if i == 0:
@@ -189,13 +174,10 @@ def update_field(params: ESKF, m: Floats, resting: bool, n: int) -> bool:
         m[at.H + at.PLACE + i] = -1.0
         set_sensor_columns(m, i, one)
         off = m[at.MEAN + at.FIELD + i] + m[at.MEAN + at.PLACE + i] - (x if i == 0 else (y if i == 1 else z))
-        of_place = product(m, at.PLACE + i, n)
-        place2 = state_variance(m, at.PLACE + i)
         own = update_bounded(m, n, at.HEADING, off, noise, FIELD_BOUND)
         far = far or off * off > GATE * own + FAR * FAR * size2
         explained += own / 3.0
-        lasting += (own + 2.0 * of_place + place2) / 3.0
-    adapt_field(params, m, e, explained, lasting, resting)
+    adapt_field(params, m, e, explained, resting)
     return far
 
 

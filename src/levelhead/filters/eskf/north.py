@@ -6,9 +6,9 @@ surroundings may point anywhere in it. With its level part (H_x, H_y) north is a
     α = atan2(H_x, H_y),   σ_α² = var(gᵀ δH + θ_z),   g = (H_y, −H_x)/(H_x² + H_y²)                            (18)
 
 clockwise from y. The orientation that comes out is turned about the vertical by ν, which follows α with
-``north_rate`` at most, until it is within σ_α:
+``north_rate`` beyond σ_α, and the more slowly the nearer within:
 
-    ν ← ν + sgn(α − ν) min(max(|α − ν| − σ_α, 0), ``north_rate`` T)                                            (35)
+    ν ← ν + sgn(α − ν) min(|α − ν|, ``north_rate`` T min(1, |α − ν|/σ_α))                                      (35)
 
 In the first second of a field ν is α. With ``north_rate`` = 0 it stays so, and heading is relative to this start. With
 aiding that has a direction the frame is the earth's, and ν is zero.
@@ -73,8 +73,8 @@ def point_north(params: ESKF, m: Floats) -> None:
         return
     off = wrap(m[at.NORTH] - m[at.NORTH_TURN], 2.0 * pi)
     rate = params.north_rate * DEGREE * m[at.BLOCK_TIME]
-    beyond = max(abs(off) - sqrt(max(m[at.NORTH_VARIANCE], 0.0)), 0.0)
-    step = abs(off) if at_start else min(beyond, rate)
+    sigmas = abs(off) / sqrt(max(m[at.NORTH_VARIANCE], NO_LENGTH))
+    step = abs(off) if at_start else min(abs(off), rate * min(1.0, sigmas))
     turn = wrap(m[at.NORTH_TURN] + (step if off > 0.0 else -step), 2.0 * pi)
     off = wrap(m[at.NORTH] - turn, 2.0 * pi)
     m[at.NORTH_TURN] = turn

@@ -37,13 +37,15 @@ class ESKF(NamedTuple):
     )
     body_velocity_time: Annotated[float, positive("s", "time constant of this velocity", 1, 100)] = 16.0
     mag_noise: Annotated[float, positive("√s", "least density of the field's changes, relative", 0.001, 0.5)] = 0.04
-    mag_place: Annotated[float, nonnegative("", "1σ of a place's part of the field at first", 1e-3, 0.1)] = 0.005
+    mag_place: Annotated[float, nonnegative("", "1σ of a place's part of the field at first", 1e-3, 0.1)] = 0.01
     place_time: Annotated[float, positive("s", "time constant of being in one place", 1.0, 1000.0)] = 60.0
     mag_offset: Annotated[float, nonnegative("", "1σ of the magnetometer's offset, relative", 1e-3, 3.0)] = 1.0
     offset_walk: Annotated[float, nonnegative("1/√s", "random walk of this offset", 1e-05, 0.05)] = 0.0005
     soft_iron: Annotated[float, nonnegative("", "1σ of the magnetometer's soft iron", 1e-3, 0.3)] = 0.03
     mag_delay: Annotated[float, nonnegative("ms", "1σ of the magnetometer's delay", 1.0, 100.0)] = 15.0
-    north_rate: Annotated[float, nonnegative("deg/s", "rate at which it turns to north; 0: never", 0.1, 100.0)] = 0.0
+    north_rate: Annotated[
+        float, nonnegative("deg/s", "largest rate at which it turns to north; 0: never", 0.1, 100.0)
+    ] = 0.0
     tilt_start: Annotated[float, positive("deg", "1σ of the tilt at the start", 0.5, 30.0)] = 3.0
     baro_walk: Annotated[float, nonnegative("m/√s", "random walk of the barometer's height", 1e-3, 1.0)] = 0.03
     block: Annotated[float, nonnegative("s", "time between two corrections; 0: at every sample", 0.005, 0.5)] = 0.12

@@ -10,6 +10,7 @@ from levelhead.filters.eskf.covariance import (
     add_covariance,
     add_variance,
     decay,
+    field_scale,
     propagate,
     propagate_position,
     rotate_velocity_error,
@@ -65,7 +66,7 @@ def decay_place(params: ESKF, m: Floats, time: float) -> None:
     m[at.PLACE_DECAY] = 1.0 - (1.0 - m[at.PLACE_DECAY]) * left
     for i in range(3):
         decay(m, at.PLACE + i, left)
-    add_variance(m, at.PLACE, 3, m[at.PLACE_VARIANCE] * (1.0 - left * left))
+    add_variance(m, at.PLACE, 3, m[at.PLACE_VARIANCE] * field_scale(m) * (1.0 - left * left))
 
 
 @kernel
@@ -129,7 +130,7 @@ def add_process_noise(params: ESKF, m: Floats, resting: bool, n: int) -> None:
     for i in range(at.N):
         add_variance(m, i, 1, ROUNDING * state_variance(m, i))
     if n > at.N_INERTIAL:
-        walk_magnetic(params, m, 1.0)
+        walk_magnetic(params, m, sqrt(field_scale(m)))
         decay_place(params, m, time / AT_REST if resting else time)
 
 

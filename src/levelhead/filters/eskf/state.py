@@ -112,7 +112,7 @@ def declare_states(m: Floats, first: int, size: int, start: float, walk: float, 
     """Stands where ``instance`` puts what is to be done with each block of states.
 
     ``start`` is 1σ at the start and ``walk`` 1σ of the random walk after one second, both in the unit of the states: a
-    prior is divided by ``unit`` to be in it.
+    prior is divided by ``unit`` to be in it, and a walk is multiplied by it.
     """
     raise RuntimeError("bind `declare_states` first")
 
@@ -131,7 +131,10 @@ def inertial_states(params: ESKF, m: Floats, unit: float) -> None:
 
 @kernel
 def magnetic_states(params: ESKF, m: Floats, unit: float) -> None:
-    """σ at the start and random walk of the states of a magnetometer; ``unit`` is the first field's norm, µT."""
+    """σ at the start and random walk of the states of a magnetometer.
+
+    ``unit`` is at the start the first field's norm, µT, and for the walk |H| as a share of it.
+    """
     declare_states(m, FIELD, 3, FIRST_FIELD, 0.0, unit)
     declare_states(m, PLACE, 3, params.mag_place, 0.0, unit)
     declare_states(m, MAG_OFFSET, 3, params.mag_offset, params.offset_walk, unit)
@@ -242,9 +245,7 @@ GYR_PRIOR_OPEN = place(1, "", "1: the gyroscope may be raw; 2: the prior may sti
 FIELD_INNOVATION = place(3, "", "innovation of the field, share, through a low-pass filter")
 MEAN_FIELD_DENSITY = place(1, "s", "mean density of changes within seconds, share²·s")
 FIELD_DENSITY = place(1, "s", "the same as used")
-MEAN_PLACE = place(2, "", "difference of strength and upward part from H, share, through a low-pass filter")
-PLACE_VARIANCE = place(1, "", "variance of the field of a place, share², as found")
-FIELD_TIME = place(1, "s", "time in motion over which it was found")
+PLACE_VARIANCE = place(1, "", "variance of the field of a place by |H|², as found")
 NORTH_TURN = place(1, "rad", "turn of the orientation towards north")
 NORTH_C = place(1, "", "cosine of half of it")
 NORTH_S = place(1, "", "sine of half of it")

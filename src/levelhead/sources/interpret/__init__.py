@@ -315,7 +315,7 @@ def _turns_with_body(t: Array, gyr: Array, mag: Array, evidence: Evidence) -> bo
     if turn is None or not turn.unusable:
         return True
     facts = {
-        "correlation": turn.correlation, "scale": turn.scale, "free": turn.free,
+        "correlation": turn.correlation, "scale": turn.scale, "offset": turn.offset, "free": turn.free,
         "length": median_norm(mag),
     }  # fmt: skip
     evidence.conclusions.append(Conclusion("mag.used", "does_not_turn", False, Basis.NUMBERS, facts, _LEAVE_OUT))
