@@ -72,18 +72,10 @@ def calibrate_sensor(
     corrected = correct_logs(several, level.solution, None if rate is None else rate.solution, bias)
     field = _magnetometer(corrected)
     progress(1.0)
-    used = level.residual.better, rate is not None and rate.residual.better, field is not None
-    if not any(used):
-        raise LevelheadError(
-            f"these {len(poses)} poses make no sensor better: |a| − g is {level.residual.before:.3g} m/s² without a "
-            f"calibration and {level.residual.held_out:.3g} in poses that it has not seen; take more poses, 2 s each"
-        )
+    _require_gain(level, rate, field, len(poses))
     advice = [_words_of_clipping(clipped)] if any(clipped) else []
     advice += _advice(level.solution, poses, gravity, None if rate is None else rate.solution)
-    if field is not None and (weak := unobservable_field(field[0])):
-        advice.append(f"the magnetometer's offset {' '.join(weak)} is weak: turn the sensor through all directions")
-    elif field is None and any(pose.mag is not None for pose in poses):
-        advice.append("magnetometer: no better than no calibration, so the file leaves it out")
+    advice += _field_advice(field, poses)
     lengths = np.stack([np.linalg.norm(acc, axis=1), np.linalg.norm(force, axis=1)], 1)
     return PoseCalibration(
         _calibration(level, rate, bias, bias_sigma, field), acc, lengths,
@@ -98,6 +90,29 @@ class Found(NamedTuple):
     solution: Solution
     residual: Residual
     angles: Array
+
+
+def _require_gain(level: Found, rate: Found | None, field: tuple[FieldFit, Residual] | None, poses: int) -> None:
+    """Makes sure that a sensor is better with its numbers.
+
+    Raises:
+        LevelheadError: none is.
+    """
+    if level.residual.better or field is not None or (rate is not None and rate.residual.better):
+        return
+    raise LevelheadError(
+        f"these {poses} poses make no sensor better: |a| − g is {level.residual.before:.3g} m/s² without a calibration "
+        f"and {level.residual.held_out:.3g} in poses that it has not seen; take more poses, 2 s each"
+    )
+
+
+def _field_advice(field: tuple[FieldFit, Residual] | None, poses: Sequence[Pose]) -> list[str]:
+    """What the motion has not determined of a magnetometer."""
+    if field is None:
+        there = any(pose.mag is not None for pose in poses)
+        return ["magnetometer: no better than no calibration, so the file leaves it out"] if there else []
+    weak = " ".join(unobservable_field(field[0]))
+    return [f"the magnetometer's offset {weak} is weak: turn the sensor through all directions"] if weak else []
 
 
 def _calibration(

@@ -16,6 +16,7 @@ from levelhead.cli.options import (
 )
 
 if TYPE_CHECKING:
+    from levelhead.calibration import Calibration
     from levelhead.noise import NoiseModel
 
 
@@ -41,8 +42,7 @@ def noise(
         log: a recording; its longest stretch at rest is used, at least 20 s, better an hour.
         tau: longest averaging time in seconds; a third of the stretch by default.
         chip: compare with the data sheet of MPU-6050, BMI160, LSM6DS3, LSM6DSO32 or ICM-20948; by default with all.
-        temperature: calibration file to which the change of the biases with temperature is added; made if missing. The
-            --calibration and --prior of `fuse` correct logs with a temperature.
+        temperature: calibration file to which the biases' change with temperature is added, for `fuse`.
         kalibr: also write LOG-imu.yaml with noise densities and random walks, for Kalibr (--imu) and OpenVINS.
         out: folder for the results.
         plot: draw the picture (needs the extra levelhead[plot]).
@@ -55,11 +55,7 @@ def noise(
 
     page = None if chip is None else find_chip(chip)
     require_writable(out)
-    known = None
-    if temperature is not None and temperature.exists():
-        from levelhead.calibration import Calibration
-
-        known = Calibration.read(temperature)
+    known = _read_known(temperature)
     with progress(f"reading {log.name}"):
         recording = reading.read(log)
     with progress("measuring noise") as report:
@@ -84,6 +80,16 @@ def noise(
             "magnetometer: left out, as its readings have no unit; --units mag=uT or --counts mag=10/uT gives them one"
         )
     print_written(written, plot)
+
+
+def _read_known(path: Path | None) -> "Calibration | None":
+    """The calibration to which a temperature model is added, where its file exists."""
+    from levelhead.calibration import Calibration
+
+    if path is None:
+        return None
+    require_writable(path.parent)
+    return Calibration.read(path) if path.exists() else None
 
 
 def _draw(model: "NoiseModel", out: Path, stem: str) -> list[Path]:
