@@ -15,7 +15,6 @@ from levelhead.bench.timing import Table
 from levelhead.engine.binding import is_guarded
 from levelhead.export import ExportConfig
 from levelhead.export.config import LEAN
-from levelhead.export.project import has_arrays
 
 CPUS = {"float": (M4F,), "double": (M4F, M0)}
 NOTES = {
@@ -45,7 +44,7 @@ def choices(real: Any) -> Iterator[ExportConfig]:
     for flt in filters.ALL:
         yield ExportConfig(flt.params(), real=real)
     for flt in filters.ALL:
-        if is_guarded(flt) and not has_arrays(ExportConfig(flt.params()).begin()):
+        if is_guarded(flt):
             yield ExportConfig(flt.params(), None, real, without=LEAN)
     for flt in filters.ALL:
         if flt.axis:
@@ -79,7 +78,7 @@ def tables() -> Iterator[Table]:
             *(
                 ExportConfig(flt.params(), None, "float", without=LEAN | {"mag"})
                 for flt in filters.ALL
-                if is_guarded(flt) and not has_arrays(ExportConfig(flt.params()).begin())
+                if is_guarded(flt)
             ),
         ]
         yield Table(

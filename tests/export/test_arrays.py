@@ -127,7 +127,7 @@ def test_a_copy_has_arrays_of_its_own():
     program.function("init")(one)
     for _ in range(5):
         update(one)
-    program.function("copy")(two, one)
+    two.raw = one.raw
     for _ in range(3):
         update(one)
     kept = bytes(one)
@@ -144,8 +144,5 @@ def test_a_copy_has_arrays_of_its_own():
 def test_how_it_is_written():
     written = files(ExportConfig(Matrices()))
     header, source = written["lh_matrices.h"], written["lh_matrices.c"]
-    assert "    double p[3][3];\n    double k[3];\n} lh_matrices_arrays;" in header
-    assert "    double (*p)[3]; /* (3, 3), rad² */\n    double *k;" in header
-    assert "void lh_matrices_copy(lh_matrices *to, const lh_matrices *from);" in header
-    assert "double (*p)[3] = memset(arrays->p, 0, sizeof arrays->p);" in source
-    assert "p[i][j] -= 0.5 * k[i] * k[j] * p[0][0];" in source
+    assert "    double p[3][3]; /* (3, 3), rad² */\n    double k[3];" in header
+    assert "0.5 * k[i] * k[j] * p[0][0];" in source.replace("carry->run.state.", "").replace("state->", "")

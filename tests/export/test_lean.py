@@ -120,5 +120,3 @@ def test_what_cannot_be_left_out_is_refused():
         ExportConfig(lh.EKF(), without=frozenset({"sigmas"}))
     with pytest.raises(LevelheadError, match="one level and its rate have none of these parts"):
         ExportConfig(lh.Kalman(), axis=True, without=LEAN)
-    with pytest.raises(LevelheadError, match="ESKF keeps its state in an array"):
-        files(ExportConfig(lh.ESKF(), without=LEAN))

@@ -7,43 +7,50 @@ from pathlib import Path
 
 from tests.reference.c_engine import KEPT, WARNINGS
 
+from levelhead.export.flat_program import FlatProgram, Root
+from levelhead.export.graph import FLOAT, INT, Operand, Record
 from levelhead.export.helpers import helper_functions
-from levelhead.export.kinds import FLOAT, INT, Struct
-from levelhead.export.program import Program
+from levelhead.export.kinds import is_struct
+from levelhead.export.type_table import annotations
 
 NAMES = {FLOAT: ctypes.c_double, INT: ctypes.c_int32}
 
 
+def value_of(kind):
+    """A value of a kind: a NamedTuple class, or a kind of number."""
+    if is_struct(kind):
+        hints = annotations(kind)
+        return Record(kind, tuple(value_of(FLOAT if hints[name] is float else hints[name]) for name in kind._fields))
+    return Operand("const", (), kind, 0)
+
+
 def translated(function, *kinds, real="double"):
     """The program around one kernel, and its text; a kind may also be a NamedTuple class."""
-    program = Program("lh_test", real)
-    kernel = program.kernel(
-        function, [program.types.struct(kind) if isinstance(kind, type) else kind for kind in kinds]
-    )
+    program = FlatProgram("lh_test", real, [Root("call", function, [value_of(kind) for kind in kinds])])
     kernels = [line for _, lines in program.sections() for line in lines]
     constants = program.constants.lines()
     types = [line for struct in program.private_types() for line in program.types.definition(struct)]
     helpers = helper_functions("\n".join(kernels), real)
-    arrays = program.arrays_definition()
-    head = ["#include <math.h>", "#include <stdbool.h>", "#include <stdint.h>", "#include <string.h>"]
-    return program, kernel, "\n".join([*head, *types, *arrays, *constants, *helpers, *kernels])
+    head = ["#include <math.h>", "#include <stdbool.h>", "#include <stdint.h>", "#define LH_CALLED"]
+    return program, program.procedures["call"], "\n".join([*head, *types, *constants, *helpers, *kernels])
 
 
 def called(function, kinds, real="double"):
     """A Python function that runs a kernel of numbers in C; a struct comes back as a tuple of its numbers."""
-    program, kernel, text = translated(function, *kinds, real=real)
-    plain = list(kernel.parameters)
-    returns = kernel.returns
-    storage = "static lh_test_arrays arrays; " if program.makes_arrays(function) else ""
-    arguments = ", ".join([*(["&arrays"] if storage else []), *plain])
-    declared = ", ".join(f"{program.types.name(kind)} {name}" for name, kind in kernel.parameters.items())
-    if isinstance(returns, Struct):
-        values = "; ".join(f"out[{i}] = (double)v.{name}" for i, name in enumerate(returns.fields))
-        body = f"const {program.types.struct_name(returns)} v = {kernel.name}({arguments}); {values};"
+    program, procedure, text = translated(function, *kinds, real=real)
+    given = list(function.__code__.co_varnames[: function.__code__.co_argcount])
+    live = [node.content for node in procedure.arguments if node in program.live.nodes]
+    declared = ", ".join(f"{program.writer.kind(kind)} {name}" for name, kind in zip(given, kinds, strict=True))
+    call = f"{procedure.name}({', '.join(live)})"
+    members = program.writer.result_members(procedure) if len(procedure.returned) > 1 else None
+    if members:
+        values = "; ".join(f"out[{i}] = (double)v.{name}" for i, name in members.items())
+        body = f"const {program.writer.result_type(procedure)} v = {call}; {values};"
     else:
-        body = f"out[0] = (double){kernel.name}({arguments});"
+        body = f"out[0] = (double){call};"
     head = f"void call(double *out, {declared})"
-    text += f"\n{head};\n{head}\n{{\n    {storage}{body}\n}}\n"
+    unused = "".join(f"(void){name}; " for name in given)
+    text += f"\n{head};\n{head}\n{{\n    {unused}{body}\n}}\n"
     folder = Path(tempfile.mkdtemp(dir=KEPT.name))
     (folder / "kernel.c").write_text(text, encoding="utf-8")
     command = ["gcc", *WARNINGS, "-Werror", "-O2", "-shared", "-fPIC", "-o", "kernel.so", "kernel.c", "-lm"]
@@ -53,8 +60,7 @@ def called(function, kinds, real="double"):
 
     def run(*values):
         out = (ctypes.c_double * 64)()
-        library.call(out, *(NAMES[kind](value) for kind, value in zip(kernel.parameters.values(), values, strict=True)))
-        count = len(returns.fields) if isinstance(returns, Struct) else 1
-        return tuple(out[:count]) if isinstance(returns, Struct) else out[0]
+        library.call(out, *(NAMES[kind](value) for kind, value in zip(kinds, values, strict=True)))
+        return tuple(out[: len(members)]) if members else out[0]
 
     return run

@@ -1,67 +1,99 @@
 """Header and source of a filter on one noisy level and its drifting rate."""
 
+import sys
+
 from levelhead.export.c_api import CApi
 from levelhead.export.config import ExportConfig
-from levelhead.export.kinds import FLOAT, Kind, Struct, is_empty, keep_what_is_read, variable
+from levelhead.export.flat_program import FlatProgram, Root, classes, number_paths
+from levelhead.export.graph import FLOAT, Operand, Record, Value
+from levelhead.export.kinds import variable
 from levelhead.export.layout import STEP, join_lines
+from levelhead.export.procedures import like
+
+SAMPLE = {"level": "level", "rate": "rate", "dt": "dt", "period": "period"}
+KERNELS = ("init", "step", "read")
 
 
 class AxisApi(CApi):
-    """A filter on one noisy level and its drifting rate; it keeps no more than its step reads."""
+    """A filter on one noisy level and its drifting rate; it keeps no more than its step reads, number by number."""
 
     def __init__(self, config: ExportConfig) -> None:
         super().__init__(config)
-        axis, program = config.flt.axis, self.program
+        axis = config.flt.axis
         assert axis is not None
-        self.params = program.types.struct(config.flt.params)
-        self.begin = program.kernel(axis.init, [self.params, FLOAT])
-        self.state = self.begin.returns
-        assert isinstance(self.state, Struct)
-        self.state.known.clear()
-        self.step = program.kernel(axis.step, [self.params, self.state, FLOAT, FLOAT, FLOAT, FLOAT])
-        self.kept = {name: kind for name, kind in self.state.fields.items() if name in self.state.known}
-        self.read = program.kernel(axis.read, [self.state])
-        self.report = self.read.returns
-        assert isinstance(self.report, Struct)
-        keep_what_is_read(self.params)
-        program.types.publish(self.params)
-        assert isinstance(self.params, Struct)
-        program.types.public_names |= {self.params: "params", self.report: "report"}
-        for kind in (self.report, *self.kept.values()):
+        params, state = like(config.params), like(axis.init(config.params, 0.0))
+        assert isinstance(params, Record) and isinstance(state, Record)
+        number = Operand("const", (), FLOAT, 0.0)
+        given: list[list[Value]] = [[params, number], [params, state, *[number] * 4], [state]]
+        self._kernels = dict(zip(KERNELS, (axis.init, axis.step, axis.read), strict=True))
+        roots = [
+            Root(name, self._kernels[name], values, least=sys.maxsize)
+            for name, values in zip(KERNELS, given, strict=True)
+        ]
+        kept = [params.cls, axis.report, *classes(state)]
+        self.program = FlatProgram(config.name, config.real, roots, kept=kept)
+        types, self._state = self.program.types, state
+        self.params, self.report = types.struct(params.cls), types.struct(axis.report)
+        read = {content for name in KERNELS[:2] for content in self._taken(name)}
+        self._params = {f"{one}_{name}": f"filter->params.{variable(name)}" for name in self.params.fields
+                        for one in {self._argument(kernel, 0) for kernel in KERNELS[:2]}}  # fmt: skip
+        self.params.fields = {
+            name: kind
+            for name, kind in self.params.fields.items()
+            if any(path == f"filter->params.{variable(name)}" and content in read
+                   for content, path in self._params.items())
+        }  # fmt: skip
+        before = dict(number_paths(state, self._argument("step", 1)))
+        kept_names = {path.partition(".")[0] for content, path in before.items() if content in read}
+        fields = types.struct(state.cls).fields
+        self.kept = {name: kind for name, kind in fields.items() if variable(name) in kept_names}
+        self._before = {content: f"filter->{path}" for content, path in before.items()}
+        types.public_names |= {self.params: "params", self.report: "report"}
+        for kind in (self.params, self.report, *self.kept.values()):
             assert kind is not None
-            program.types.publish(kind)
+            types.publish(kind)
         self.whole.fields.update(params=self.params, **self.kept)
+
+    def _argument(self, name: str, at: int) -> str:
+        """The name of a kernel's argument."""
+        return str(self._kernels[name].__code__.co_varnames[at])
+
+    def _taken(self, name: str) -> set[str]:
+        """The numbers that a root takes."""
+        return {str(node.content) for node in self.program.arguments(name)}
 
     def write(self) -> dict[str, str]:
         """File name -> text."""
+        self.kernels = self.body()  # first: it finds the constants
         program = self.program
-        assert isinstance(self.state, Struct) and isinstance(self.report, Struct)
-        names = [variable(name) for name in self.kept]
+        state, report = program.procedures["step"], program.procedures["read"]
+        members = program.writer.result_members(state)
+        values = dict(zip(dict(number_paths(self._state, self._argument("read", 0))), members.values(), strict=True))
         source = self.source(
             "axis.functions.c",
             values=join_lines(self.assignments(self.config.params, self.params, "filter->params")).rstrip(),
-            params=program.types.struct_name(self.params),
-            state=program.types.struct_name(self.state),
-            kept=join_lines(f"{STEP}filter->{name} = state->{name};" for name in names).rstrip(),
-            restored=", ".join(
-                f"filter->{variable(name)}" if name in self.kept else self._zero(kind)
-                for name, kind in self.state.fields.items()
-                if not is_empty(kind)
-            ),
-            begin=self.program.call(self.begin, ["filter->params", "level"]),
-            step=self.program.call(self.step, ["filter->params", "before", "level", "rate", "dt", "period"]),
-            read=self.program.call(self.read, ["state"]),
+            first=program.writer.result_type(program.procedures["init"]),
+            state=program.writer.result_type(state),
+            report=program.writer.result_type(report),
+            begin=program.call("init", {}, self._params | SAMPLE),
+            kept_first=self._keep("init"),
+            kept=self._keep("step"),
+            step=program.call("step", {}, self._params | self._before | SAMPLE),
+            read=program.call("read", {}, {content: f"state.{member}" for content, member in values.items()}),
         )
         return {f"{self.name}.h": self._header(), f"{self.name}.c": source}
 
-    def _zero(self, kind: Kind | None) -> str:
-        """A number that no step reads, or a record of them."""
-        if isinstance(kind, Struct):
-            return "{" + ", ".join(self._zero(part) for part in kind.fields.values()) + "}"
-        return self.number(0.0) if kind is FLOAT else "0"
+    def _keep(self, name: str) -> str:
+        """The lines that keep of a root's result what the next step reads."""
+        members = self.program.writer.result_members(self.program.procedures[name])
+        paths = dict(number_paths(self._state, "")).values()
+        pairs = zip(paths, members.values(), strict=True)
+        kept = {variable(one) for one in self.kept}
+        return join_lines(
+            f"{STEP}filter->{path} = state.{member};" for path, member in pairs if path.partition(".")[0] in kept
+        ).rstrip()
 
     def _header(self) -> str:
-        assert isinstance(self.report, Struct)
         whole = ["/* A filter: what a human sets, and what goes from one sample to the next. */", "typedef struct {"]
         for name, kind in self.whole.fields.items():
             assert kind is not None

@@ -9,7 +9,6 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 from levelhead.errors import LevelheadError, nearest
-from levelhead.export.array_api import ArrayApi
 from levelhead.export.axis_api import AxisApi
 from levelhead.export.c_api import MACHINES
 from levelhead.export.config import LEAN, ExportConfig
@@ -44,7 +43,7 @@ AXIS_FLASH, AXIS_STACK = 6_300, 280  # of the largest filter of one axis
 ARRAY_FLASH, ARRAY_STACK = 118_000, 4_300  # of ESKF
 SYSTEM32 = 8_192  # bytes of RAM that a core of 32 bits keeps for itself, at least
 
-Api = ImuApi | ArrayApi | AxisApi
+Api = ImuApi | AxisApi
 
 
 @dataclass(frozen=True)
@@ -64,14 +63,14 @@ class Memory:
 def memory(api: Api, board: TargetBoard) -> Memory:
     """What the sketch with a filter takes on a board; the filter's C has been written before."""
     real = 8 if api.config.real == "double" and board.machine.real == 8 else 4
-    filter_size = api.size(Machine("", real, board.machine.address, board.machine.alignment))
-    if isinstance(api, ImuApi):
+    filter_size = api.size(Machine("", real, board.machine.alignment))
+    if isinstance(api, AxisApi):
+        flash, stack = AXIS_FLASH, AXIS_STACK
+    elif api.has_arrays:
+        flash, stack = ARRAY_FLASH, ARRAY_STACK
+    else:
         operations, moves = api.program.counts()
         flash, stack = OPERATION * operations + MOVE * moves, 200 + operations // 7
-    elif isinstance(api, AxisApi):
-        flash, stack = AXIS_FLASH, AXIS_STACK
-    else:
-        flash, stack = ARRAY_FLASH, ARRAY_STACK
     if board.machine is not AVR:
         return Memory(flash, filter_size + SYSTEM32, 2 * stack)
     return Memory(flash + SKETCH_FLASH, filter_size + SKETCH_RAM, stack + SKETCH_STACK)

@@ -2,14 +2,15 @@
 
 import re
 import zlib
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 
 from levelhead import filters
 from levelhead.engine.stepper import MOST_DT
 from levelhead.errors import LevelheadError
 from levelhead.export.config import ExportConfig, remarks
+from levelhead.export.flat_program import FlatProgram
 from levelhead.export.helpers import helper_functions
-from levelhead.export.kinds import FLOAT, Array, Kind, Machine, Struct, variable, within
+from levelhead.export.kinds import FLOAT, Kind, Machine, Struct, variable, within
 from levelhead.export.layout import (
     STEP,
     add_comment,
@@ -21,17 +22,15 @@ from levelhead.export.layout import (
     template,
     wrap_text,
 )
-from levelhead.export.program import Program
-from levelhead.export.type_table import declarator
 from levelhead.filters import health
 from levelhead.filters.parameters import Params, description
 from levelhead.guard import Guard
 from levelhead.version import VERSION
 
 MACHINES = (
-    Machine("64 bit (Cortex-A, x86-64)", 8, 8, 8),
-    Machine("32 bit (Cortex-M, ESP32, RP2040)", 8, 4, 8),
-    Machine("AVR (Uno, Mega)", 4, 2, 1),
+    Machine("64 bit (Cortex-A, x86-64)", 8, 8),
+    Machine("32 bit (Cortex-M, ESP32, RP2040)", 8, 8),
+    Machine("AVR (Uno, Mega)", 4, 1),
 )
 
 ROOTS: dict[str, dict[str, object]] = {  # of a number: its layout, and what a root in whole numbers is made with
@@ -51,9 +50,10 @@ class CApi:
         whole: the struct that a program holds.
     """
 
+    program: FlatProgram
+
     def __init__(self, config: ExportConfig) -> None:
         self.config = config
-        self.program = Program(config.name, config.real)
         self.whole = Struct(config.name, {})
 
     @property
@@ -66,12 +66,8 @@ class CApi:
         return self.program.types.number(value)
 
     def size(self, machine: Machine) -> int:
-        """Bytes of a filter with its parameters, once it is written: that finds the arrays."""
-        parts: dict[str, Kind | None] = dict(self.whole.fields)
-        for name, array in getattr(self.program, "arrays", {}).items():
-            for i in range(_count(array)):
-                parts[f"{name}_{i}"] = FLOAT
-        return machine.size(Struct(self.name, parts))[0]
+        """Bytes of a filter with its parameters."""
+        return machine.size(self.whole)[0]
 
     def common_gaps(self) -> dict[str, object]:
         """What the gaps of these names are filled with in every template."""
@@ -91,24 +87,10 @@ class CApi:
         rows = []
         for machine in MACHINES:
             real = machine.real if self.config.real == "double" else 4
-            one = Machine(machine.name, real, machine.address, machine.alignment)
+            one = Machine(machine.name, real, machine.alignment)
             note = "; double is float there" if machine.real == 4 and self.config.real == "double" else ""
             rows.append(f" *     {machine.name + note:<58}{self.size(one):>6} bytes")
         return "\n".join(rows)
-
-    def values(self, params: Params, struct: Kind | None, indent: str) -> list[str]:
-        """The numbers of a parameter object, each with its name, as an initialiser."""
-        assert isinstance(struct, Struct)
-        lines = []
-        for name, kind in struct.fields.items():
-            value = getattr(params, name)
-            try:
-                text = self.program.types.literal(value, kind or FLOAT)
-            except OverflowError as error:
-                raise LevelheadError(f"{name}: {error}; export --double") from None
-            default = params._field_defaults[name]
-            lines.append(f"{indent}.{variable(name)} = {text},{'' if value == default else ' /* set */'}")
-        return lines
 
     def assignments(self, params: Params, struct: Kind | None, path: str) -> list[str]:
         """Statements that set the numbers of a parameter object, each with its name."""
@@ -165,27 +147,11 @@ class CApi:
         return lines, self.program.constants.lines()
 
     def carry_gaps(self) -> dict[str, object]:
-        """What the functions that save and restore a filter are filled with; its arrays stay where they are."""
+        """What the functions that save and restore a filter are filled with."""
         carry = self.whole.fields["carry"]
         definitions = [line for struct in within(carry) for line in self.program.types.definition(struct, {})]
-        words = "\n".join([self.name, VERSION, *definitions, *self.arrays_definition()])
-        held = getattr(self.program, "arrays_type", "") if getattr(self.program, "arrays", {}) else ""
-        held_at = [
-            (f"carry.{path}", declarator(array, f"const own_{k}")) for k, (path, array) in enumerate(pointers(carry))
-        ]
-        own = [f"{STEP}{self.config.real} {name} = filter->{path};" for path, name in held_at]
-        back = [f"{STEP}filter->{path} = own_{k};" for k, (path, _) in enumerate(held_at)]
-        taken = [f"{STEP}filter->carry = from->carry;", *([f"{STEP}filter->arrays = from->arrays;"] if held else [])]
-        return {
-            "mark": f"0x{zlib.crc32(words.encode()):08X}",
-            "arrays": f"\n{STEP}{held} arrays;" if held else "",
-            "get": f"\n{STEP}to->arrays = filter->arrays;" if held else "",
-            "set": join_lines([*own, *taken, *back]),
-        }
-
-    def arrays_definition(self) -> list[str]:
-        """The storage of arrays, where there are any."""
-        return []
+        words = "\n".join([self.name, VERSION, *definitions])
+        return {"mark": f"0x{zlib.crc32(words.encode()):08X}"}
 
     def source(self, functions: str, **gaps: object) -> str:
         """The C file."""
@@ -200,7 +166,6 @@ class CApi:
                 "constants": join_lines(constants).rstrip() + "\n",
                 "helpers": "\n".join(helper_functions(text, self.config.real)),
                 "kernels": text.rstrip() + "\n",
-                "includes": template("memset.c").template if "memset(" in text else "",
                 "functions": written.rstrip(),
             }
         )
@@ -208,7 +173,7 @@ class CApi:
     def header(self, functions: str, whole: Iterable[str], **gaps: object) -> str:
         """The header."""
         flt = self.config.flt
-        lines = [*self.types(), *self.arrays_definition(), *whole]
+        lines = [*self.types(), *whole]
         written = wrap_text(template(functions).substitute(self.common_gaps() | gaps))
         values = self.common_gaps() | {
             "about": "\n".join(f" * {line}".rstrip() for line in docstring(description(flt.params)).split("\n")),
@@ -249,19 +214,3 @@ def health_bits() -> str:
     for bit, words in sorted(health.NAMES.items()):
         lines += add_comment([f"#define LH_{named[bit]} INT32_C({bit})"], words)
     return join_lines([*lines, "#endif", ""])
-
-
-def pointers(kind: Kind | None) -> Iterator[tuple[str, Array]]:
-    """The members inside a struct that are addresses of arrays, and the arrays."""
-    for name, part in kind.fields.items() if isinstance(kind, Struct) else ():
-        if isinstance(part, Array):
-            yield variable(name), part
-        else:
-            yield from ((f"{variable(name)}.{inner}", array) for inner, array in pointers(part))
-
-
-def _count(array: Array) -> int:
-    count = 1
-    for size in array.shape:
-        count *= size
-    return count

@@ -1,11 +1,8 @@
 """The constants of modules that kernels use, as constants in C."""
 
-import ast
-
 from levelhead.errors import LevelheadError
-from levelhead.export.inference import Inference
 from levelhead.export.layout import add_comment, wrap_line
-from levelhead.export.source import home, place, remark
+from levelhead.export.source import place, remark
 from levelhead.export.type_table import TypeTable
 from levelhead.kernels.single import REMARKS
 
@@ -40,20 +37,6 @@ class Constants:
     def __init__(self, types: TypeTable) -> None:
         self._types, self._names = types, UniqueNames()
         self.values: dict[tuple[str, str], object] = {}
-
-    def name(self, inference: Inference, node: ast.expr) -> str:
-        """The name in C of a module's constant, by the name that it has where it is defined."""
-        if isinstance(node, ast.Attribute):
-            module, name = home(inference.resolve(node.value).__name__, node.attr)
-        else:
-            assert isinstance(node, ast.Name)
-            module, name = home(inference.source.function.__module__, node.id)
-        value = inference.resolve(node)
-        if self.values.setdefault((module, name), value) != value:  # an instance of a kernel has another one
-            assert isinstance(value, int)
-            name = f"{name}_{value}"
-            self.values[module, name] = value
-        return self._name(module, name)
 
     def place(self, module: str, name: str, value: object) -> str:
         """The name in C of a constant that is defined in a module."""

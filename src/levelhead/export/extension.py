@@ -25,8 +25,6 @@ FLAGS = (
     *("-fno-math-errno", "-fno-trapping-math"),  # nobody asks for errno or floating-point signals; values stay
 )
 WISHES = (  # of gcc, where it knows them
-    # A state is a struct of some hundred numbers; gcc by itself keeps only small ones in registers: costs threefold.
-    "--param=sra-max-scalarization-size-Ospeed=4096",
     # What of -O3 makes the ESKF a third faster than -O2 does; all of -O3 takes half as long again to compile.
     *("-fpeel-loops", "-fvect-cost-model=dynamic"),
     # Ranges of values gain nothing here, and half of the time to compile goes into them once loops are peeled.
@@ -105,7 +103,7 @@ def build(folder: Path, target: Path) -> None:
         if name.startswith("lh_"):
             jobs.append((command, name, headers))
             smoother = name.startswith("lh_smoother_")
-            if wide and ("_arrays;" in texts[name] or smoother):
+            if wide and ("double memory[" in texts[name] or smoother):
                 jobs.append(([*command, VECTORS, "-DLH_WIDE"], name, headers))
             if wide and smoother:
                 jobs.append(([*command, MORE_VECTORS, "-DLH_WIDEST"], name, headers))

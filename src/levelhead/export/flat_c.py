@@ -1,15 +1,16 @@
 """Procedures as C: numbers in variables, records at their places, the kernels' words above what was made of them."""
 
 import ast
+import re
 from collections.abc import Sequence
 
 from levelhead.compiler.mark import KernelFunction
 from levelhead.export.constants import Constants
-from levelhead.export.graph import BOOL, FLOAT, INT, Branch, Call, Item, Items, Operand, Place, Store
+from levelhead.export.graph import ARRAY, BOOL, FLOAT, INT, Branch, Call, Item, Items, Loop, Operand, Place, Put, Store
 from levelhead.export.kinds import RESERVED, variable
 from levelhead.export.layout import STEP, comment, docstring, wrap_line
 from levelhead.export.liveness import Liveness
-from levelhead.export.plan import StatementPlan
+from levelhead.export.plan import ATOMS, StatementPlan
 from levelhead.export.procedures import Procedure
 from levelhead.export.source import read_source
 from levelhead.export.type_table import TypeTable
@@ -33,6 +34,7 @@ class Writer:
         taken: names that no variable may have.
         outer: procedures that the program calls; all others are to stay calls,
         alone: and so are these of them, which stand in two places.
+        inline: whether all but what few samples reach is inlined nevertheless.
     """
 
     def __init__(
@@ -43,15 +45,18 @@ class Writer:
         taken: set[str],
         outer: set[Procedure],
         alone: set[Procedure],
+        inline: bool,
     ) -> None:
         self.types, self.constants, self.live, self.taken = types, constants, live, taken
-        self.outer, self.alone = outer, alone
+        self.outer, self.alone, self.inline = outer, alone, inline
 
     def reads(self, procedure: Procedure, name: str) -> bool:
         """Whether a procedure needs the record at a place."""
-        if any(node.op == "load" and node.content[0].root == name for node in self._loads(procedure)):
+        if self.loads(procedure, name):
             return True
-        return self.writes(procedure, name) or any(
+        if self._memories(procedure, name) or self.writes(procedure, name):
+            return True
+        return any(
             place.root == name and self.reads(call.procedure, inner)
             for call in procedure.calls()
             if call in self.live.calls
@@ -65,9 +70,16 @@ class Writer:
     def _loads(self, procedure: Procedure) -> list[Operand]:
         return [load for load in procedure.graph.loads if load in self.live.nodes]
 
+    def _memories(self, procedure: Procedure, name: str) -> list[Operand]:
+        """The arrays of a record at a place."""
+        found = [*procedure.graph.memories.values(), *procedure.graph.locals]
+        return [one for one in found if one.op == "memory" and one in self.live.nodes and one.content.root == name]
+
     def writes(self, procedure: Procedure, name: str) -> bool:
         """Whether it writes to a record."""
         if any(store.place.root == name and self.live.stores(store, procedure) for store in procedure.stores()):
+            return True
+        if procedure.puts & set(self._memories(procedure, name)):
             return True
         return any(
             place.root == name and self.writes(call.procedure, inner)
@@ -92,6 +104,7 @@ class Writer:
             isinstance(answer, tuple)
             and answer[0] is not tuple
             and whole
+            and len(self.types.struct(answer[0]).fields) == len(procedure.returned)
             and all(isinstance(p, int) for p in answer[1])
         ):
             return answer[0]  # type: ignore[no-any-return]
@@ -135,15 +148,23 @@ class Writer:
                 constant = "" if self.writes(procedure, name) else "const "
                 given.append(f"{constant}{self.types.struct_name(self.types.struct(cls))} *{variable(name)}")
         for node in procedure.arguments:
-            if node in self.live.nodes:
+            if node in self.live.nodes and node.kind == ARRAY:
+                constant = "" if node in procedure.puts or len(node.shape) > 1 else "const "
+                given.append(f"{constant}{self.types.real} {address(node.shape, variable(node.content))}")
+            elif node in self.live.nodes:
                 given.append(f"{self.kind(node.kind)} {variable(node.content)}")
         static = "static" if procedure in self.outer - self.alone else "static LH_CALLED"
+        if self.inline and procedure not in self.outer and not hasattr(procedure.function, "__noinline__"):
+            static = "LH_INLINE"
         return f"{static} {self.result_type(procedure)} {procedure.name}({', '.join(given) or 'void'})"
 
     def text(self, procedure: Procedure) -> list[str]:
         """A procedure as lines of C."""
         words = docstring(ast.get_docstring(read_source(procedure.function).tree))
         body = Body(self, procedure).lines
+        words_of = set(re.findall(r"\w+", "\n".join(body)))
+        given = [name for name in procedure.by_place if self.reads(procedure, name) and variable(name) not in words_of]
+        body = [*(f"{STEP}(void){variable(name)};" for name in given), *body]  # what only a callee might have read
         head = wrap_line(self.head(procedure), "")
         return [*self.result_definition(procedure), *(comment(words) if words else []), *head, "{", *body, "}", ""]
 
@@ -168,6 +189,11 @@ class Body:
                     kind = writer.types.struct_name(writer.types.struct(cls))
                     self.lines.append(f"{STEP}{kind} {root};")
                     self._taken.add(root)
+        for array in procedure.graph.locals:
+            if array.op == "local" and array in writer.live.nodes:
+                name = self._name(array)
+                self.lines.append(f"{STEP}{writer.types.real} {name}{''.join(f'[{size}]' for size in array.shape)};")
+        self._counters: list[str] = []  # names of loops that have ended
         self._cleared = self._clear()
         self._block(procedure.graph.body, STEP)
         self._save(None, STEP)
@@ -179,7 +205,7 @@ class Body:
         stores = [item for item in items if isinstance(item, Store)]
         roots = {item.place.root for item in stores} & self._procedure.by_place.keys()
         zeros = sum(map(_is_zero, stores))
-        written_only = not any(isinstance(item, Call | Branch) for item in items) and len(roots) == 1
+        written_only = not any(isinstance(item, Call | Branch | Loop | Put) for item in items) and len(roots) == 1
         if (
             not written_only
             or 2 * zeros < len(stores)
@@ -198,7 +224,7 @@ class Body:
 
     def _name(self, node: Operand) -> str:
         if node not in self._names:
-            stem = variable(node.hint) if node.hint else "number"
+            stem = variable(node.hint) if node.hint else "at" if node.kind == INT else "number"
             name, count = stem, 2
             while name in self._taken:
                 name, count = f"{stem}_{count}", count + 1
@@ -235,8 +261,12 @@ class Body:
                 if item.place.root == self._cleared and _is_zero(item):
                     continue
                 self._emit(f"{self.place(item.place)} = {self._text(item.value)};", indent)
+            elif isinstance(item, Put):
+                self._emit(f"{self._element(item.array, item.indices)} = {self._text(item.value)};", indent)
             elif isinstance(item, Call):
                 self._call(item, indent)
+            elif isinstance(item, Loop):
+                self._loop(item, indent)
             else:
                 self._branch(item, indent)
 
@@ -286,6 +316,43 @@ class Body:
             self._emit(f"{self._name(phi)} = {self._text(phi.arguments[branch.arms.index(arm)])};", indent)
         self._origin = origin
 
+    def _loop(self, loop: Loop, indent: str) -> None:
+        phis, origin = self._plan.carried(loop), self._origin
+        for phi in phis:
+            self._emit(f"{self._kind(phi)} {self._name(phi)} = {self._text(phi.arguments[0])};", indent)
+        if self._counters:
+            self._names[loop.counter] = self._counters.pop()
+        i, (first, last, step) = self._name(loop.counter), loop.bounds
+        by = int(step.content)
+        forth = f"{i}++" if by == 1 else f"{i} += {by}" if by > 0 else f"{i} -= {-by}"
+        less = "<" if by > 0 else ">"
+        self._emit(f"for (int32_t {i} = {self._text(first)}; {i} {less} {self._text(last)}; {forth}) {{", indent)
+        (body,) = loop.arms
+        self._block(body, indent + STEP)
+        self._save((loop, body), indent + STEP)  # type: ignore[arg-type]
+        changed = [phi for phi in phis if phi.arguments[1] is not phi]
+        texts = {phi: self._text(phi.arguments[1]) for phi in changed}
+        for k, phi in enumerate(changed[:-1]):  # all change at once
+            if any(self._mentions(other.arguments[1], phi) for other in changed[k + 1 :]):
+                held = self._name(Operand("held", (), phi.kind, hint=f"{self._name(phi)}_next"))
+                self._emit(f"const {self._kind(phi)} {held} = {texts[phi]};", indent + STEP)
+                texts[phi] = held
+        late = [phi for phi in changed if texts[phi].endswith("_next")]
+        for phi in [*(one for one in changed if one not in late), *late]:
+            self._emit(f"{self._name(phi)} = {texts[phi]};", indent + STEP)
+        self.lines.append(f"{indent}}}")
+        self._counters.append(i)
+        self._origin = origin
+
+    def _mentions(self, node: Operand, phi: Operand) -> bool:
+        """Whether the text of a number has a carried one in it."""
+        if node is phi or node in self._plan.held or node.op in ATOMS:
+            return node is phi
+        return any(self._mentions(part, phi) for part in node.arguments)
+
+    def _element(self, array: Operand, indices: Sequence[Operand]) -> str:
+        return self._text(array, PRIMARY) + "".join(f"[{self._text(index)}]" for index in indices)
+
     def _call(self, call: Call, indent: str) -> None:
         procedure, writer = call.procedure, self._writer
         given = [self._address(call.places[name]) for name in procedure.by_place if writer.reads(procedure, name)]
@@ -324,7 +391,9 @@ class Body:
             return self._constant(node)
         if node.op == "named":
             return self._writer.constants.place(*node.content), PRIMARY
-        if node in self._names or node.op in ("phi", "result") or node in self._plan.held:
+        if node.op == "memory":
+            return self.place(node.content), PRIMARY
+        if node in self._names or node.op in ("phi", "carried", "result") or node in self._plan.held:
             return self._name(node), PRIMARY
         return (self.place(node.content[0]), PRIMARY) if node.op == "load" else self._operation(node)
 
@@ -336,6 +405,8 @@ class Body:
 
     def _operation(self, node: Operand) -> tuple[str, int]:
         op, given = node.op, node.arguments
+        if op in ("element", "row"):
+            return self._element(given[0], given[1:]), PRIMARY
         if op in LEVELS:
             return self._binary(op, given)
         if op in ("and", "or"):
@@ -371,6 +442,12 @@ class Body:
 
     def _invert(self, condition: Operand) -> str:
         return f"!{self._text(condition, UNARY)}"
+
+
+def address(shape: tuple[int, ...], name: str) -> str:
+    """The declarator of a parameter that is an array."""
+    rows = "".join(f"[{size}]" for size in shape[1:])
+    return f"(*{name}){rows}" if rows else f"*{name}"
 
 
 def _is_zero(store: Store) -> bool:

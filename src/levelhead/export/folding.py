@@ -54,7 +54,7 @@ def fold(op: str, given: Sequence[Operand], constant: Constant) -> Operand | Non
         exact = _exact_root(*numbers) if op == "sqrt" else _exact_quotient(*numbers)
         if exact is not None:
             return constant(exact)
-    return _neutral(op, given)
+    return _neutral(op, given, constant)
 
 
 def _exact_root(square: float) -> float | None:
@@ -69,7 +69,21 @@ def _exact_quotient(a: float, b: float) -> float | None:
     return float(a) / float(b) if whole else None
 
 
-def _neutral(op: str, given: Sequence[Operand]) -> Operand | None:
+def possible_bits(node: Operand) -> int:
+    """The bits of a whole number that may be set; all of them where nothing is known."""
+    if node.op == "const":
+        return int(node.content)
+    if node.op in ("|", "^"):
+        return possible_bits(node.arguments[0]) | possible_bits(node.arguments[1])
+    if node.op == "&":
+        return possible_bits(node.arguments[0]) & possible_bits(node.arguments[1])
+    if node.op == "phi":
+        one, other = node.arguments
+        return possible_bits(one) | possible_bits(other)
+    return -1
+
+
+def _neutral(op: str, given: Sequence[Operand], constant: Constant) -> Operand | None:
     """An operation with a neutral element."""
     if len(given) != 2:
         return None
@@ -77,10 +91,12 @@ def _neutral(op: str, given: Sequence[Operand]) -> Operand | None:
     if (op == "/" and _is(b, 1.0)) or (op == "-" and a.kind == FLOAT and _is(b, 0.0)):
         return a
     for value, other in ((a, b), (b, a)):
-        if (op == "*" and _is(value, 1.0)) or (op == "|" and _is(value, 0)):
+        if (op == "*" and (_is(value, 1.0) or _is(value, 1))) or (op in "+|" and _is(value, 0)):
             return other
         if op == "&" and _is(value, 0):
             return value
+        if op == "&" and value.op == "const" and not possible_bits(value) & possible_bits(other):
+            return constant(0)
     return a if op == "|" and a is b else None
 
 

@@ -3,7 +3,7 @@
 A sample that the driver conditions is either the first or not, and what follows asks the same once more.
 """
 
-from levelhead.export.graph import Branch, Call, Item, Items, Operand, Store
+from levelhead.export.graph import Branch, Call, Item, Items, Loop, Operand, Put, Store
 
 
 def fuse(block: Items, loads: list[Operand]) -> None:
@@ -16,7 +16,7 @@ def fuse(block: Items, loads: list[Operand]) -> None:
             _join(item, following, loads)
             block.items.remove(following)
             continue
-        if isinstance(item, Branch):
+        if isinstance(item, Branch | Loop):
             for arm in item.arms:
                 fuse(arm, loads)
         at += 1
@@ -60,6 +60,16 @@ def _replace(item: Item, instead: dict[Operand, Operand], old: Items, new: Items
         item.block = new if item.block is old else item.block
     elif isinstance(item, Store):
         item.value = instead.get(item.value, item.value)
+    elif isinstance(item, Put):
+        item.value = instead.get(item.value, item.value)
+        item.indices = tuple(instead.get(node, node) for node in item.indices)
+    elif isinstance(item, Loop):
+        item.bounds = tuple(instead.get(node, node) for node in item.bounds)
+        item.block = new if item.block is old else item.block
+        for phi in item.carried:
+            phi.arguments = tuple(instead.get(node, node) for node in phi.arguments)
+        for inner in item.arms[0].items:
+            _replace(inner, instead, old, new)
     elif isinstance(item, Call):
         item.arguments = [instead.get(node, node) for node in item.arguments]
         for node in item.results:

@@ -1,17 +1,20 @@
 """Kernels as a graph of single operations: what ``tracing`` makes of them, ``liveness`` prunes and ``flat_c`` writes.
 
-A value is an ``Operand`` (one number) or a ``Record`` (a NamedTuple of values). ``Items`` compute operands: the body
-of a procedure, or one arm of a ``Branch``. Numbers that last from sample to sample lie at a ``Place``, a member of a
-struct in C; between two changes of it, a place has one ``load`` node.
+A value is an ``Operand`` (one number, or an array) or a ``Record`` (a NamedTuple of values). ``Items`` compute
+operands: the body of a procedure, one arm of a ``Branch``, or the body of a ``Loop``. Numbers that last from sample to
+sample lie at a ``Place``, a member of a struct in C; between two changes of it, a place has one ``load`` node. An
+array is written in place: each ``element`` is loaded where it stands among the items, each ``Put`` changes one.
 """
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
+from levelhead.kernels.quat import Quat
+from levelhead.kernels.vec3 import Vec3
 from levelhead.open_types import Untyped
 
-FLOAT, INT, BOOL = "float", "int", "bool"
+FLOAT, INT, BOOL, ARRAY = "float", "int", "bool", "array"
 
 
 class RecordField(NamedTuple):
@@ -27,6 +30,12 @@ class Place(NamedTuple):
     root: str
     members: tuple[RecordField, ...]
 
+    @property
+    def field(self) -> tuple[RecordField, ...]:
+        """What a number is, wherever it lies: its field; with the field of its vector, where it is a part of one."""
+        vector = len(self.members) > 1 and self.members[-1].owner in (Vec3, Quat)
+        return self.members[-2:] if vector else self.members[-1:]
+
     def member(self, owner: type, name: str) -> "Place":
         """A member of what lies here."""
         return Place(self.root, (*self.members, RecordField(owner, name)))
@@ -34,15 +43,18 @@ class Place(NamedTuple):
 
 @dataclass(eq=False)
 class Operand:
-    """One number.
+    """One number, or an array.
 
     Attributes:
-        op: "const", "named" (a constant of a module), "argument", "load", "phi" (of a branch), "result" (of a call), or
-            an operation.
-        arguments: of an operation.
-        kind: "float", "int" or "bool".
-        content: value of a constant; name of an argument; place and version of a load; branch of a phi; call and number
-            of a result.
+        op: "const", "named" (a constant of a module), "argument", "load", "phi" (of a branch), "carried" (from turn to
+            turn of a loop), "counter" (of a loop), "result" (of a call), "memory" (an array at a place), "local" (an
+            array of the procedure), "row" and "element" (of an array), or an operation.
+        arguments: of an operation; the array and the indices of an element; what a carried number is before the first
+            turn, and after each.
+        kind: "float", "int", "bool" or "array".
+        content: value of a constant; name of an argument; place and version of a load; branch of a phi; loop of a
+            carried number; call and number of a result; place of a memory.
+        shape: of an array.
         block: where it is computed; None for what is not computed.
         hint: the variable of the kernel that holds it.
         origin: the kernel that computes it.
@@ -57,6 +69,12 @@ class Operand:
     hint: str = ""
     origin: Untyped = None
     after: Untyped = None
+    shape: tuple[int, ...] = ()
+
+    @property
+    def base(self) -> "Operand":
+        """The whole array of a row."""
+        return self.arguments[0] if self.op == "row" else self
 
 
 @dataclass(eq=False)
@@ -77,9 +95,9 @@ Value = Operand | Record
 
 @dataclass(eq=False)
 class Items:
-    """Items in order, and the branch of which it is an arm."""
+    """Items in order, and the branch or loop of which it is an arm."""
 
-    branch: "Branch | None" = None
+    branch: "Branch | Loop | None" = None
     items: list["Item"] = field(default_factory=list)
     known: dict[Operand, bool] = field(default_factory=dict)  # conditions that are decided here
     nodes: dict[Untyped, Operand] = field(default_factory=dict)  # key -> the node that was computed here
@@ -88,6 +106,11 @@ class Items:
     def parent(self) -> "Items | None":
         """The block in which the branch stands."""
         return self.branch.block if self.branch else None
+
+    @property
+    def loop(self) -> "Loop | None":
+        """The innermost loop around."""
+        return next((block.branch for block in self.ancestors() if isinstance(block.branch, Loop)), None)
 
     def ancestors(self) -> Iterator["Items"]:
         """This block and those around it, inner ones first."""
@@ -107,6 +130,31 @@ class Branch:
     phis: dict[tuple[Operand, Operand], Operand] = field(default_factory=dict)
     contents: tuple[dict[Place, Operand], dict[Place, Operand]] = ()  # type: ignore[assignment]
     homed: set[Place] = field(default_factory=set)
+
+
+@dataclass(eq=False)
+class Loop:
+    """A ``for``: its counter runs from the first bound to before the second, by the third.
+
+    Attributes:
+        arms: its body.
+        carried: numbers that change from turn to turn.
+    """
+
+    bounds: tuple[Operand, ...]
+    block: Items
+    counter: Operand
+    arms: tuple[Items] = ()  # type: ignore[assignment]
+    carried: list[Operand] = field(default_factory=list)
+
+
+@dataclass(eq=False)
+class Put:
+    """A number put into an array."""
+
+    array: Operand
+    indices: tuple[Operand, ...]
+    value: Operand
 
 
 @dataclass(eq=False)
@@ -133,7 +181,7 @@ class Call:
     reads: dict[Place, Operand] = field(default_factory=dict)
 
 
-Item = Operand | Branch | Store | Call
+Item = Operand | Branch | Loop | Store | Put | Call
 
 
 def leaves(value: Value) -> Iterator[Operand]:
@@ -155,9 +203,19 @@ def placed_leaves(value: Value, place: Place) -> Iterator[tuple[Place, Operand]]
 
 
 def items_within(block: Items) -> Iterator[tuple[Items, Item]]:
-    """All items, those of arms behind their branch, each with its block."""
+    """All items, those of arms behind their branch or loop, each with its block."""
     for item in block.items:
         yield block, item
-        if isinstance(item, Branch):
+        if isinstance(item, Branch | Loop):
             for arm in item.arms:
                 yield from items_within(arm)
+
+
+def are_exclusive(one: Items, other: Items) -> bool:
+    """Whether two blocks are, or are in, different arms of one branch."""
+    arms = {block.branch: block for block in one.ancestors() if block.branch is not None}
+    return any(
+        block.branch in arms and arms[block.branch] is not block
+        for block in other.ancestors()
+        if block.branch is not None
+    )

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 
 from levelhead.compiler.mark import KernelFunction
 from levelhead.export.folding import fold, invert
-from levelhead.export.graph import BOOL, FLOAT, INT, Items, Operand, Place, Record, RecordField, Value
+from levelhead.export.graph import ARRAY, BOOL, FLOAT, INT, Items, Operand, Place, Record, RecordField, Value
 from levelhead.export.type_table import annotations
 from levelhead.open_types import Untyped
 
@@ -20,11 +20,14 @@ FUNCTIONS = {"sqrt", "floor", "min", "max", "abs", "float"}
 KINDS = {float: FLOAT, int: INT, bool: BOOL}
 
 
+Steady = dict[tuple[RecordField, ...], Untyped]  # ``Place.field`` -> value
+
+
 class GraphBuilder:
     """Makes the nodes of one procedure.
 
     Args:
-        steady: member -> its value, for fields that are assumed never to change.
+        steady: field -> its value, for fields that are assumed never to change.
         frozen: classes of parameters that are constants of the program.
 
     Attributes:
@@ -33,14 +36,20 @@ class GraphBuilder:
         contents: what lies at each place now.
         loads: all loads.
         homes: class -> the one place of a record of it; None where there are several.
+        memories: field -> the array that every record has there: it is made once and written in place.
+        claims: array that an argument is -> the place of the record in which it is returned.
+        locals: the arrays that it makes.
     """
 
-    def __init__(self, steady: dict[RecordField, Untyped], frozen: tuple[type, ...]) -> None:
+    def __init__(self, steady: Steady, frozen: tuple[type, ...]) -> None:
         self.steady, self.frozen = steady, frozen
         self.body = self.block = Items()
         self.contents: dict[Place, Operand] = {}
         self.loads: list[Operand] = []
         self.homes: dict[type, Place | None] = {}
+        self.memories: dict[RecordField, Operand] = {}
+        self.claims: dict[Operand, Place] = {}
+        self.locals: list[Operand] = []
         self._versions = 0
         self._constants: dict[object, Operand] = {}
 
@@ -61,8 +70,8 @@ class GraphBuilder:
     def load(self, place: Place, kind: str) -> Operand:
         """What lies at a place from now on."""
         member = place.members[-1] if place.members else None
-        if member in self.steady:
-            return self.constant(self.steady[member])
+        if place.field in self.steady:
+            return self.constant(self.steady[place.field])
         self._versions += 1
         hint = place.members[-2].name if len(place.members) > 1 and len(str(member.name)) < 2 else ""  # type: ignore[union-attr]
         node = Operand("load", (), kind, (place, self._versions), self.block, f"{hint}_{member.name}".strip("_"))  # type: ignore[union-attr]
@@ -71,10 +80,22 @@ class GraphBuilder:
         self.contents[place] = node
         return node
 
+    def memory(self, place: Place, shape: tuple[int, ...]) -> Operand:
+        """The array of the field at a place."""
+        return self.memories.setdefault(place.members[-1], Operand("memory", (), ARRAY, place, shape=shape))
+
+    def element(self, array: Operand, indices: Sequence[Operand]) -> Operand:
+        """An element of an array as it is now, or a row of it."""
+        rest = array.shape[len(indices) :]
+        given = (array.base, *array.arguments[1:], *indices)
+        node = Operand("row" if rest else "element", given, ARRAY if rest else FLOAT, block=self.block, shape=rest)
+        self.block.items.append(node)
+        return node
+
     def record_at(self, shape: Value, place: Place) -> Value:
         """A value like ``shape`` that lies at a place."""
         if isinstance(shape, Operand):
-            return self.load(place, shape.kind)
+            return self.memory(place, shape.shape) if shape.kind == ARRAY else self.load(place, shape.kind)
         self.homes[shape.cls] = None if shape.cls in self.homes else place
         names: Sequence[str] = shape.cls._fields  # type: ignore[attr-defined]
         values = (

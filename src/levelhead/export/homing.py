@@ -3,7 +3,7 @@
 Without that, a covariance that changes at every second sample would be read and written at each.
 """
 
-from levelhead.export.graph import Branch, Call, Item, Items, Operand, Place, Store, items_within
+from levelhead.export.graph import Branch, Call, Item, Items, Loop, Operand, Place, Store, items_within
 from levelhead.export.procedures import Procedure, outer_place
 
 
@@ -53,7 +53,7 @@ def touches(item: Item, place: Place) -> bool:
     if isinstance(item, Call):
         known = item.procedure.reads | item.procedure.writes.keys()
         return any(outer_place(item, inner) == place for inner in known)
-    if isinstance(item, Branch):
+    if isinstance(item, Branch | Loop):
         return any(touches(inner, place) for arm in item.arms for _, inner in items_within(arm))
     return False
 

@@ -3,39 +3,51 @@
 from collections.abc import Iterator
 
 from levelhead.engine.binding import bind, estimates_bias
+from levelhead.engine.driver import Carry, FilterRun
 from levelhead.export import sensor
 from levelhead.export.c_api import CApi, health_bits
 from levelhead.export.config import ExportConfig
 from levelhead.export.flat_program import FlatProgram, Root
-from levelhead.export.graph import Operand, Record, Value
+from levelhead.export.graph import ARRAY, Operand, Place, Record, RecordField, Value, leaves
 from levelhead.export.kinds import FLOAT, Struct, is_empty
 from levelhead.export.layout import STEP, join_lines, template
-from levelhead.export.procedures import Procedure, like
+from levelhead.export.procedures import like
+from levelhead.filters.contract import HEIGHT, POSITION, VELOCITY, ZERO_VELOCITY, NavState
 from levelhead.guard import Guard
 from levelhead.kernels import correction, quat
 from levelhead.kernels.vec3 import ZERO
 from levelhead.units import DEGREE, GRAVITY
 
 CONSTANTS = {"one": 1.0, "two": 2.0, "quarter": 90.0, "turn": 360.0, "degrees": 1.0 / DEGREE, "gravity": GRAVITY}
+PLACES = {"settings": "filter->settings", "carry": "filter->carry", "run": "filter->carry.run"}
+UNUSED = f"{STEP}(void)filter; /* zero at any time */\n{STEP}"
 TYPES = {"quaternion": "quat", "bias": "vec3", "sigma": "vec3"}
 
 
 class ImuApi(CApi):
-    """A filter on an IMU, with the driver around it: NaN, gaps, the guard, sigma and health are those of Python."""
+    """A filter on an IMU, with the driver around it: NaN, gaps, the guard, sigma and health are those of Python.
 
-    program: FlatProgram  # type: ignore[assignment]
+    Attributes:
+        has_arrays: whether its state has arrays.
+    """
 
     def __init__(self, config: ExportConfig) -> None:
-        self.config = config
-        self.whole = Struct(config.name, {})
+        super().__init__(config)
         frozen = (type(config.settings), type(config.params), Guard) if "parameters" in config.without else ()
-        self.program = FlatProgram(config.name, config.real, list(self._roots()), config.begin(), self._kept(), frozen)
+        self.fields, self._learned = sensor.learned_errors(config)
+        self._carry = config.begin()
+        self.has_arrays = any(leaf.kind == ARRAY for leaf in leaves(like(self._carry)))
+        self.program = FlatProgram(
+            config.name, config.real, list(self._roots()), self._carry, self._kept(), frozen, prefixes()
+        )
         types = self.program.types
-        settings, carry = types.struct(type(config.settings)), types.struct(type(config.begin()))
+        settings, carry = types.struct(type(config.settings)), types.struct(Carry)
         types.public_names[types.struct(config.flt.params)] = "params"
         self.whole.fields.update({"carry": carry} if frozen else {"settings": settings, "carry": carry})
         for kind in (*self.whole.fields.values(), types.struct(quat.Quat), types.struct(quat.Euler)):
             types.publish(kind or FLOAT)
+        if "place" in self.program.procedures:
+            types.publish(types.struct(NavState))
         if config.corrects:
             types.publish(types.struct(correction.Readings))
         if config.corrections is not None:
@@ -44,20 +56,29 @@ class ImuApi(CApi):
             self.whole.fields["errors"] = errors
 
     def _kept(self) -> list[type]:
-        kept: list[type] = [type(self.config.settings), type(self.config.begin())]
+        kept: list[type] = [type(self.config.settings), Carry]
+        if self.fields:
+            kept.append(type(self._carry.run.state))
         if self.config.corrections is not None:
             kept.append(correction.SensorErrors)
         return [*kept, correction.Readings] if self.config.corrects else kept
 
     def _roots(self) -> Iterator[Root]:
         config, bound = self.config, bind(self.config.flt, self.config.guard is not None)
-        settings, carry, vector = like(config.settings), like(config.begin()), like(ZERO)
-        assert isinstance(carry, Record)
-        number = Operand("const", (), "float", 0.0)
-        yield Root("begin", bound.begin, [settings], alone=True, fixed=self._fixed())
+        settings, carry, vector = like(config.settings), like(self._carry), like(ZERO)
+        assert isinstance(settings, Record) and isinstance(carry, Record)
+        run, number = carry.get("run"), Operand("const", (), "float", 0.0)
+        state = Place("carry", prefixes()["state"])
+        homes = {type(self._carry.run.state): state}
+        yield Root("begin", bound.begin, [settings], alone=True, fixed=self._fixed(), homes=homes)
         yield Root("advance", bound.advance, [settings, carry, vector, vector, vector, number], fixed=self._fixed())
         for name, field in config.answers.items():
-            yield Root(name, bound.result, [settings, carry.get("run")], _Pick(field), fixed=self._fixed())
+            yield Root(name, bound.result, [settings, run], _Pick(field), fixed=self._fixed())
+        if bound.update_aiding is not None and config.flt.aiding is not None:
+            assert isinstance(run, Record)
+            row = Operand("const", (), "int", 0)
+            yield Root("aid", bound.update_aiding, [settings, carry, row, *[number] * 3], fixed=self._fixed())
+            yield Root("place", config.flt.aiding.nav_state, [settings.get("filter"), run.get("state")])
         yield Root("euler", quat.to_euler, [like(quat.IDENTITY)])
         if config.corrections is not None:
             yield Root("corrected", correction.correct_readings, [like(config.corrections.errors), *[vector] * 3])
@@ -67,46 +88,53 @@ class ImuApi(CApi):
         settings = {"settings": self.config.settings} if "parameters" in self.config.without else {}
         return settings | ({"mag": ZERO} if "mag" in self.config.without else {})
 
-    # Calls
-
-    def _call(self, name: str, places: dict[str, str], arguments: str = "") -> str:
-        """A call of a root from outside of the program."""
-        procedure = self.program.procedures[name]
-        given = [f"&{places[one]}" for one in procedure.by_place if self.program.writer.reads(procedure, one)]
-        return f"{procedure.name}({', '.join([*given, *([arguments] if arguments else [])])})"
-
-    def _arguments(self, procedure: Procedure, values: dict[str, str]) -> str:
-        live = self.program.live.nodes
-        return ", ".join(values[str(node.content)] for node in procedure.arguments if node in live)
-
     # Files
 
     def write(self) -> dict[str, str]:
         """File name -> text."""
         self.kernels = self.body()  # first: it finds the constants
         source = self.source("imu.functions.c", **self._gaps())
+        if self.fields:
+            source += template("errors.c").substitute(self.common_gaps() | self._learned, one=self.number(1.0))
+        if "place" in self.program.procedures:
+            source += "\n" + template("aiding.c").substitute(self.common_gaps(), **self._aiding())
         source += template("carry.c").substitute(self.common_gaps() | self.carry_gaps())
         return {f"{self.name}.h": self._header(), f"{self.name}.c": source}
 
+    def _aiding(self) -> dict[str, object]:
+        """What the calls for position, velocity and height are filled with."""
+        row = {"row": "row", "value": "value", "deviation": "sigma", "age": "age"}
+        places = {"params": "filter->settings.filter", "state": "filter->carry.run.state", "nav_state": "found"}
+        return {
+            "aid": self.program.call("aid", PLACES, row),
+            "place": self.program.call("place", places),
+            "position": POSITION,
+            "velocity": VELOCITY,
+            "zero_velocity": ZERO_VELOCITY,
+            "height": HEIGHT,
+        }
+
     def _gaps(self) -> dict[str, object]:
         readings = {f"{name}_{axis}": f"{name}[{i}]" for name in sensor.READINGS for i, axis in enumerate("xyz")}
-        places = {"settings": "filter->settings", "carry": "filter->carry", "run": "filter->carry.run"}
-        advance = self.program.procedures["advance"]
-        arguments = self._arguments(advance, readings | {"dt": "dt"})
-        answers = {name: self._call(name, places) for name in self.config.answers}
+        call = self.program.call
+        answers = {name: call(name, PLACES) for name in self.config.answers}
         parts = [
-            template(f"imu.{name}.c").substitute(self.common_gaps(), answer=answers[name])
-            for name in self.config.answers
+            template(f"imu.{name}.c").substitute(self.common_gaps(), answer=answer)
+            if "filter->" in answer
+            else template(f"imu.{name}.c").substitute(self.common_gaps(), answer=answer).replace(STEP, UNUSED, 1)
+            for name, answer in answers.items()
         ]
         return {
             "values": self._values(),
             "mounted": sensor.axes_comment(self.config),
             "components": self._components(),
-            "begin": self._call("begin", places),
-            "advance": self._call("advance", places, arguments),
-            "take": self._take(advance),
+            "table": sensor.prior_table(self.config, self.program.types),
+            "told": sensor.prior_start(self.config),
+            "begin": call("begin", PLACES),
+            "advance": call("advance", PLACES, readings | {"dt": "dt"}),
+            "take": self._take(),
             "corrected": self._corrected(readings),
-            "euler": self._call("euler", {}, "q.w, q.x, q.y, q.z"),
+            "euler": call("euler", {}, {f"q_{axis}": f"q.{axis}" for axis in "wxyz"}),
             "answers": "\n".join(parts),
             "read": "\n".join(
                 f"{STEP}found.{name} = {self.name}_{full}(filter);" for full, name in self.config.answers.items()
@@ -121,9 +149,10 @@ class ImuApi(CApi):
             for i in range(3)
         ).rstrip()
 
-    def _take(self, advance: Procedure) -> str:
+    def _take(self) -> str:
         """The lines that make of an update's readings what the filter is fed with."""
-        names = [name for name in sensor.READINGS if f"{name}_x" in {str(n.content) for n in self._live(advance)}]
+        taken = {str(node.content) for node in self.program.arguments("advance")}
+        names = [name for name in sensor.READINGS if f"{name}_x" in taken]
         lines = [f"{STEP}{self.config.real} {', '.join(f'{name}[3]' for name in names)};"]
         if self.config.corrections is None:
             lines += [f"{STEP}three({name}_read, {name});" for name in names]
@@ -135,9 +164,6 @@ class ImuApi(CApi):
                 lines += [f"{STEP}{name}[{i}] = now.{name}.{axis};" for i, axis in enumerate("xyz")]
         lines += [f"{STEP}(void){name}_read;" for name in sensor.READINGS if name not in names and len(lines) < 5]
         return join_lines(lines).rstrip()
-
-    def _live(self, procedure: Procedure) -> list[Operand]:
-        return [node for node in procedure.arguments if node in self.program.live.nodes]
 
     def _corrected(self, readings: dict[str, str]) -> str:
         """The function that corrects readings; empty where nothing is corrected."""
@@ -151,8 +177,7 @@ class ImuApi(CApi):
                 lines += [f"{STEP}now.{name}.{axis} = {name}[{i}];" for i, axis in enumerate("xyz")]
         else:
             places = {"errors": "filter->errors", "readings": "now"}
-            arguments = self._arguments(self.program.procedures["corrected"], readings)
-            lines.append(f"{STEP}{self._call('corrected', places, arguments)};")
+            lines.append(f"{STEP}{self.program.call('corrected', places, readings)};")
         return template("corrected.c").substitute(self.common_gaps(), body=join_lines(lines).rstrip()) + "\n"
 
     def _values(self) -> str:
@@ -172,6 +197,13 @@ class ImuApi(CApi):
         kind = self.whole.fields[name]
         assert isinstance(kind, Struct)
         return kind
+
+    def _extras(self) -> str:
+        """The calls that only some filters have."""
+        aiding = template("aiding.h").substitute(self.common_gaps()) if "place" in self.program.procedures else ""
+        if not self.fields:
+            return aiding
+        return aiding + template("errors.h").substitute(self.common_gaps(), fields=self.fields)
 
     def _header(self) -> str:
         whole = ["/* A filter: what a human sets, and what goes from one sample to the next. */", "typedef struct {"]
@@ -198,7 +230,7 @@ class ImuApi(CApi):
             f" *     {self.name}_quat q = {self.name}_quaternion(&filter);",
             sensor=sensor.about(self.config),
             corrected=corrected if self.config.corrects else "",
-            saving=template("carry.h").substitute(self.common_gaps() | self.carry_gaps()),
+            saving=self._extras() + template("carry.h").substitute(self.common_gaps() | self.carry_gaps()),
             reset="Forgets everything but the parameters, which may be changed at any time: filter.settings.…"
             if "settings" in self.whole.fields
             else "Forgets everything.",
@@ -209,6 +241,12 @@ class ImuApi(CApi):
             f" * q turns {frame} into earth (x east, y magnetic north, z up). A sensor that is not there is NULL.",
             **gaps,
         )
+
+
+def prefixes() -> dict[str, tuple[RecordField, ...]]:
+    """Where in the carry the arguments of the driver's kernels lie."""
+    run = RecordField(Carry, "run")
+    return {"carry": (), "run": (run,), "state": (run, RecordField(FilterRun, "state"))}
 
 
 class _Pick:

@@ -1,7 +1,8 @@
 """What a value of the kernel language can be, and how it is called in C."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from math import prod
 from typing import TypeGuard
 
 
@@ -14,7 +15,7 @@ class Scalar:
 
 @dataclass(frozen=True)
 class Array:
-    """Numbers in an array of constant shape; what is passed on is where it lies, as in Python."""
+    """Numbers in an array of constant shape."""
 
     shape: tuple[int, ...]
 
@@ -32,15 +33,11 @@ class Struct:
     name: str
     fields: "dict[str, Kind | None]"
     origin: type | None = None
-    known: set[str] = field(default_factory=set)  # fields that some kernel reads
 
 
 Kind = Scalar | Array | Struct
 FLOAT, INT, BOOL = Scalar("float"), Scalar("int"), Scalar("bool")
-VOID = Scalar("void")  # what a kernel returns that only writes into memory
 NUMBERS = {float: FLOAT, int: INT, bool: BOOL}
-BY_VALUE = 9  # numbers; a struct with more of them is passed by its address,
-HANDED_ON = 6  # and one with more than so many if there are structs in it: it is rather handed on than computed with
 
 
 C_WORDS = """
@@ -64,7 +61,7 @@ def is_struct(value: object) -> TypeGuard[type[tuple[object, ...]]]:
 
 
 def count_numbers(kind: "Kind | None") -> int:
-    """How many numbers a value holds by itself; an array counts as the address that it is."""
+    """How many numbers a value holds by itself."""
     if isinstance(kind, Struct):
         return sum(count_numbers(part) for part in kind.fields.values())
     return 1
@@ -73,26 +70,6 @@ def count_numbers(kind: "Kind | None") -> int:
 def is_empty(kind: "Kind | None") -> bool:
     """Whether it is a struct without any number in it, which C99 does not have: it is left out everywhere."""
     return isinstance(kind, Struct) and count_numbers(kind) == 0
-
-
-def by_address(kind: "Kind") -> bool:
-    """Whether a parameter of that kind is passed by its address."""
-    if not isinstance(kind, Struct):
-        return False
-    nested = any(isinstance(part, Struct) for part in kind.fields.values())
-    return count_numbers(kind) > (HANDED_ON if nested else BY_VALUE)
-
-
-def describe(kind: "Kind | None") -> str:
-    """For error messages."""
-    if isinstance(kind, Array):
-        return f"an array of {' × '.join(map(str, kind.shape))} numbers"
-    return "nothing" if kind is None else kind.name
-
-
-def keep_what_is_read(struct: Struct) -> None:
-    """Leaves out the fields that no kernel reads, of a struct that none makes: parameters."""
-    struct.fields = {name: kind for name, kind in struct.fields.items() if name in struct.known}
 
 
 def within(kind: "Kind | None") -> Iterator[Struct]:
@@ -105,11 +82,10 @@ def within(kind: "Kind | None") -> Iterator[Struct]:
 
 @dataclass(frozen=True)
 class Machine:
-    """How large things are on a machine: bytes of a float, of an address, and the largest alignment."""
+    """How large things are on a machine: bytes of a float, and the largest alignment."""
 
     name: str
     real: int
-    address: int
     alignment: int
 
     def size(self, kind: Kind | None) -> tuple[int, int]:
@@ -122,6 +98,8 @@ class Machine:
                     at = -(-at // alignment) * alignment + size
                     widest = max(widest, alignment)
             return -(-at // widest) * widest, widest
-        names = {FLOAT: self.real, INT: 4, BOOL: 1}
-        size = self.address if isinstance(kind, Array) or kind is None else names[kind]
+        if isinstance(kind, Array):
+            return prod(kind.shape) * self.real, min(self.real, self.alignment)
+        assert isinstance(kind, Scalar)
+        size = {FLOAT: self.real, INT: 4, BOOL: 1}[kind]
         return size, min(size, self.alignment)

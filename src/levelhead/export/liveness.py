@@ -6,7 +6,7 @@ goes on until nothing is added, so that fields which serve only one another are 
 
 from collections.abc import Iterable, Mapping
 
-from levelhead.export.graph import Branch, Call, Items, Operand, RecordField, Store, items_within
+from levelhead.export.graph import Branch, Call, Items, Loop, Operand, Put, RecordField, Store, items_within
 from levelhead.export.procedures import Procedure, outer_place
 
 
@@ -17,7 +17,7 @@ class Liveness:
         members: fields that are read.
         nodes: numbers.
         calls: calls.
-        branches: branches of which an arm holds something.
+        branches: branches and loops of which an arm holds something.
         results: procedure -> numbers of those that it returns.
     """
 
@@ -33,7 +33,7 @@ class Liveness:
         self.members: set[RecordField] = set(members)
         self.nodes: set[Operand] = set()
         self.calls: set[Call] = set()
-        self.branches: set[Branch] = set()
+        self.branches: set[Branch | Loop] = set()
         self.results: dict[Procedure, set[int]] = {one: set() for one in self._procedures}
         for one in self._outputs:
             self.results[one] = set(range(len(one.returned)))
@@ -56,6 +56,8 @@ class Liveness:
 
     def writes(self, call: Call) -> bool:
         """Whether a call writes something that is needed."""
+        if call.procedure.puts:
+            return True
         for store in call.procedure.stores():
             inside = store.place.root in call.procedure.by_place and self.stores(store, call.procedure)
             if inside and self.members.issuperset(outer_place(call, store.place).members):
@@ -73,10 +75,14 @@ class Liveness:
             if (
                 isinstance(item, Store)
                 and self.stores(item, procedure)
-                and item.place.members[-1] not in procedure.graph.steady
+                and item.place.field not in procedure.graph.steady
             ):
                 self._need_block(block, procedure)
                 self._need(item.value, procedure)
+            elif isinstance(item, Put):
+                self._need_block(block, procedure)
+                for node in (item.array, *item.indices, item.value):
+                    self._need(node, procedure)
             elif isinstance(item, Call) and (item in self.calls or self.writes(item)):
                 self._need_call(item, block, procedure)
 
@@ -96,7 +102,8 @@ class Liveness:
         for one in block.ancestors():
             if one.branch is not None and one.branch not in self.branches:
                 self.branches.add(one.branch)
-                self._need(one.branch.condition, procedure)
+                for node in one.branch.bounds if isinstance(one.branch, Loop) else (one.branch.condition,):
+                    self._need(node, procedure)
 
     def _need(self, node: Operand, procedure: Procedure) -> None:
         if node in self.nodes:
@@ -113,6 +120,10 @@ class Liveness:
             self.branches.add(node.content)
             self._need(node.content.condition, procedure)
             self._need_block(node.content.block, procedure)
+        elif node.op == "memory":
+            self.members |= set(node.content.members)
+        elif node.op in ("carried", "counter"):
+            self._need_block(node.content.arms[0], procedure)
         elif node.op == "result":
             call, i = node.content
             self.results[call.procedure].add(i)

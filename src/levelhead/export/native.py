@@ -2,23 +2,29 @@
 
 import ast
 import functools
-from collections.abc import Iterable, Iterator
+import sys
+from collections.abc import Iterable, Iterator, Sequence
 from typing import Protocol
 
 from levelhead import filters
 from levelhead.compiler.mark import KernelFunction
-from levelhead.engine import driver, smoother_kernels
+from levelhead.engine import smoother_kernels
 from levelhead.engine.binding import bind, is_guarded
+from levelhead.engine.driver import Carry, FilterRun, Settings
 from levelhead.engine.native import PACKAGE, digest, native_name, smoother_name
 from levelhead.engine.smoothing import BoundSmoother, bind_aided_smoother, bind_smoother
 from levelhead.engine.stepper import MOST_DT
+from levelhead.export.flat_program import FlatProgram, Root, classes, number_paths
+from levelhead.export.graph import ARRAY, Operand, Place, Record, RecordField, Value, leaves
 from levelhead.export.helpers import helper_functions
-from levelhead.export.kinds import BOOL, FLOAT, INT, Array, Kind, Struct, variable
+from levelhead.export.kinds import BOOL, FLOAT, INT, Array, Kind, Struct, variable, within
 from levelhead.export.layout import STEP, join_lines, template
-from levelhead.export.program import Kernel, Program
-from levelhead.export.type_table import decimal
+from levelhead.export.procedures import like
+from levelhead.export.type_table import annotations, decimal
 from levelhead.filters.contract import Filter
-from levelhead.kernels.vec3 import Vec3
+from levelhead.guard import Guard
+from levelhead.kernels.arrays import subtract_each_row
+from levelhead.kernels.vec3 import ZERO
 from levelhead.version import VERSION
 
 GENERATOR = (  # what makes C of kernels, beside the kernels themselves
@@ -30,16 +36,22 @@ GENERATOR = (  # what makes C of kernels, beside the kernels themselves
     *(
         f"export/{name}.py"
         for name in (
-            "native",
-            "program",
-            "statements",
-            "pointers",
-            "expressions",
-            "inference",
             "constants",
-            "type_table",
+            "flat_c",
+            "flat_program",
+            "folding",
+            "fusing",
+            "graph",
+            "graph_builder",
+            "homing",
             "kinds",
-            "scopes",
+            "liveness",
+            "names",
+            "native",
+            "plan",
+            "procedures",
+            "tracing",
+            "type_table",
         )
     ),
     *(
@@ -60,6 +72,10 @@ GENERATOR = (  # what makes C of kernels, beside the kernels themselves
         )
     ),
 )
+BY_HAND = {subtract_each_row: "native.subtract_each_row.c"}
+PLACES = {"settings": "filter->settings", "carry": "filter->carry", "run": "filter->carry.run"}
+CARRIED_STATE = {"state": "filter->carry.run.state"}
+READINGS = {f"{name}_{axis}": f"{name}[{i}]" for name in ("gyr", "acc", "mag") for i, axis in enumerate("xyz")}
 
 
 class Unit(Protocol):
@@ -68,10 +84,14 @@ class Unit(Protocol):
     Attributes:
         program: the kernels.
         functions: the template of the functions around them.
+        has_arrays: whether a state has arrays.
+        kinds: the types of those functions.
     """
 
-    program: Program
+    program: FlatProgram
+    kinds: tuple[Struct, ...]
     functions: str
+    has_arrays: bool
 
     def gaps(self) -> dict[str, object]:
         """What that template leaves open; asked for when the kernels are written, which finds their arrays."""
@@ -84,11 +104,12 @@ def text(unit: Unit, name: str, symbol: str) -> str:
     about = {"name": name, "symbol": symbol, "files": ",".join(files), "digest": digest(files)}
     kernels = join_lines(line for _, lines in program.sections() for line in lines)
     constants = join_lines(program.constants.lines())
-    types = [line for struct in program.private_types() for line in program.types.definition(struct, {})]
+    known = dict.fromkeys([*(inner for kind in unit.kinds for inner in within(kind)), *program.private_types()])
+    types = [line for struct in known for line in program.types.definition(struct, {})]
     return template("native.filter.c").substitute(
         title=f"The native engine's {name}",
         version=VERSION,
-        types=join_lines([*types, *program.arrays_definition()]),
+        types=join_lines(types),
         constants=constants,
         helpers="\n".join(helper_functions(kernels, "double")),
         kernels=kernels,
@@ -184,8 +205,13 @@ def set_words(kind: Kind | None, path: str) -> str:
     return "\n".join(STEP + line for line in lines or ["(void)filter, (void)from;"])
 
 
-def _program() -> Program:
-    return Program("lh", "double", inline=True)
+def _program(roots: Iterable[Root], values: Iterable[Value] = ()) -> FlatProgram:
+    kept = [cls for value in values for cls in classes(value)]
+    return FlatProgram("lh", "double", list(roots), kept=kept, by_hand=BY_HAND)
+
+
+NUMBER, WHOLE = Operand("const", (), "float", 0.0), Operand("const", (), "int", 0)
+ROW = Operand("const", (), ARRAY, shape=(1,))  # an array whose length the kernel does not know
 
 
 class ImuUnit:
@@ -194,36 +220,40 @@ class ImuUnit:
     functions = "native.imu.c"
 
     def __init__(self, flt: Filter, guarded: bool) -> None:
-        self.program = program = _program()
         self.flt, self.bound = flt, bind(flt, guarded)
-        self.settings = program.types.struct(driver.Settings)
-        self.settings.fields["filter"] = program.types.struct(flt.params)
-        vector = program.types.struct(Vec3)
-        self.begin = program.kernel(self.bound.begin, [self.settings])
-        self.carry = self.begin.returns
-        self.advance = program.kernel(self.bound.advance, [self.settings, self.carry, vector, vector, vector, FLOAT])
-        assert isinstance(self.carry, Struct)
-        run = self.carry.fields["run"]
-        assert isinstance(run, Struct) and run.fields["state"] is not None
-        self.result = program.kernel(self.bound.result, [self.settings, run])
-        self.aid = self.place = None
-        if self.bound.update_aiding is not None and flt.aiding is not None:
-            numbers = [INT, FLOAT, FLOAT, FLOAT]
-            self.aid = program.kernel(self.bound.update_aiding, [self.settings, self.carry, *numbers])
-            self.place = program.kernel(flt.aiding.nav_state, [program.types.struct(flt.params), run.fields["state"]])
+        given = Settings(flt.params(), Guard())
+        first = self.bound.begin(given)
+        self._settings, self._carry = like(given), like(first)
+        assert isinstance(self._settings, Record) and isinstance(self._carry, Record)
+        self._run = self._carry.get("run")
+        assert isinstance(self._run, Record)
+        self._state = self._run.get("state")
+        self.program = _program(self._roots(type(first.run.state)), [self._settings, self._carry])
+        types = self.program.types
+        self.settings, self.carry = types.struct(Settings), types.struct(Carry)
+        self.kinds: tuple[Struct, ...] = self.settings, self.carry
+        self.has_arrays = any(leaf.kind == ARRAY for leaf in leaves(self._carry))
+
+    def _roots(self, state: type) -> Iterator[Root]:
+        bound, settings, carry = self.bound, self._settings, self._carry
+        assert isinstance(settings, Record)
+        place = Place("carry", (RecordField(Carry, "run"), RecordField(FilterRun, "state")))
+        yield Root("begin", bound.begin, [settings], homes={state: place})
+        yield Root("advance", bound.advance, [settings, carry, *[like(ZERO)] * 3, NUMBER])
+        yield Root("result", bound.result, [settings, self._run])
+        if bound.update_aiding is not None and self.flt.aiding is not None:
+            yield Root("aid", bound.update_aiding, [settings, carry, WHOLE, *[NUMBER] * 3])
+            yield Root("place", self.flt.aiding.nav_state, [settings.get("filter"), self._state])
 
     def gaps(self) -> dict[str, object]:
         """What the template of its functions leaves open."""
-        whole, loop = ["filter->settings", "filter->carry"], ["settings", "carry"]
-        readings = ["three(gyr)", "three(acc)", "three(mag)", "dt"]
-        kinds = {"Settings": self.settings, "Carry": self.carry, "Output": self.result.returns}
+        call = self.program.call
         gaps = {
-            **{name: self.program.types.name(kind) for name, kind in kinds.items()},
-            "arrays": f"{self.program.arrays_type} arrays;" if self.program.arrays else "",
-            "begin": self.program.call(self.begin, whole[:1]),
-            "report": self.program.call(self.result, [whole[0], "filter->carry.run"]),
-            "advance": self.program.call(self.advance, [*loop, *readings]),
-            "result": self.program.call(self.result, ["settings", "carry.run"]),
+            "Settings": "Settings",
+            "Carry": "Carry",
+            "begin": call("begin", PLACES),
+            "advance": call("advance", PLACES, READINGS | {"dt": "dt"}),
+            "result": call("result", PLACES | {"output": "out"}),
             "set_settings": set_words(self.settings, "filter->settings"),
             "set_carry": set_words(self.carry, "filter->carry"),
             "get_carry": get_words(self.carry, "filter->carry"),
@@ -235,14 +265,14 @@ class ImuUnit:
             **dict.fromkeys(("aid_or_null", "run_or_null", "forward_or_null"), "NULL"),
             "width": 0,
         }
-        if self.aid is not None and self.place is not None:
-            one = ["row", "value", "deviation", "age"]
-            rows = ["(int32_t)rows->row[k]", *(f"rows->{name}[k]" for name in one[1:])]
+        if "aid" in self.program.procedures:
+            names = ("row", "value", "deviation", "age")
+            rows = ["(int32_t)rows->row[k]", *(f"rows->{name}[k]" for name in names[1:])]
+            place = {"params": "filter->settings.filter", "nav_state": "now"} | CARRIED_STATE
             parts = {
-                "aid": self.program.call(self.aid, [*whole, *one]),
-                "aided": self.program.call(self.aid, [*loop, *rows]),
-                "place": self.program.call(self.place, ["settings.filter", "carry.run.state"]),
-                "NavState": self.program.types.name(self.place.returns),
+                "aid": call("aid", PLACES, {name: name for name in names}),
+                "aided": call("aid", PLACES, dict(zip(names, rows, strict=True))),
+                "place": call("place", place),
             }
             gaps |= {name: template(f"native.{name}.c").substitute(parts) for name in ("aid", "aided", "place")}
             gaps["aid_or_null"] = "aid"
@@ -257,92 +287,124 @@ class AxisUnit:
     """A filter on one level and its rate."""
 
     functions = "native.axis.c"
+    has_arrays = False
 
     def __init__(self, flt: Filter) -> None:
-        self.program = program = _program()
         axis = flt.axis
         assert axis is not None
-        self.params = program.types.struct(flt.params)
-        self.state = program.kernel(axis.init, [self.params, FLOAT]).returns
-        self.step = program.kernel(axis.step, [self.params, self.state, FLOAT, FLOAT, FLOAT, FLOAT])
-        self.read = program.kernel(axis.read, [self.state])
+        params = flt.params()
+        self._params, self._state = like(params), like(axis.init(params, 0.0))
+        self._kernels = {"step": axis.step, "read": axis.read}
+        given = {"step": [self._params, self._state, *[NUMBER] * 4], "read": [self._state]}
+        roots = [Root(name, kernel, given[name], least=sys.maxsize) for name, kernel in self._kernels.items()]
+        self.program = _program(roots, [self._params, self._state])
+        types = self.program.types
+        assert isinstance(self._state, Record)
+        self.params, self.state = types.struct(flt.params), types.struct(self._state.cls)
+        self.kinds: tuple[Struct, ...] = self.params, self.state
+        self.said: Sequence[str] = axis.report._fields  # type: ignore[attr-defined]
+
+    def _call(self, name: str, params: str, state: str) -> str:
+        """A call of a root with the numbers of parameters and of a state."""
+        words = self._kernels[name].__code__.co_varnames
+        paths: dict[str, str] = {}
+        records = ((self._params, params), (self._state, state)) if name == "step" else ((self._state, state),)
+        for word, (value, path) in zip(words, records, strict=False):
+            paths |= {content: f"{path}{inner}" for content, inner in number_paths(value, word)}
+        readings = {name: name for name in ("level", "rate", "dt", "period")}
+        return self.program.call(name, {}, paths | readings)
 
     def gaps(self) -> dict[str, object]:
         """What the template of its functions leaves open."""
-        readings, program = ["level", "rate", "dt", "period"], self.program
-        said = self.read.returns
-        assert isinstance(said, Struct)
+        writer, step, read = self.program.writer, self.program.procedures["step"], self.program.procedures["read"]
+        members = writer.result_members(step).values()
+        inner = [path for _, path in number_paths(self._state, "")]
+        keep = "\n".join(f"{STEP}{STEP}$to{path} = next.{member};" for path, member in zip(inner, members, strict=True))
+        said = zip(self.said, writer.result_members(read).values(), strict=True)
         return {
-            "Params": program.types.name(self.params),
-            "State": program.types.name(self.state),
-            "Report": program.types.name(said),
-            "step": self.program.call(self.step, ["filter->params", "filter->state", *readings]),
-            "step_row": self.program.call(self.step, ["params", "state", *readings]),
-            "read": self.program.call(self.read, ["filter->state"]),
-            "read_row": self.program.call(self.read, ["state"]),
+            "Params": self.program.types.name(self.params),
+            "State": self.program.types.name(self.state),
+            "Next": writer.result_type(step),
+            "Report": writer.result_type(read),
+            "step": self._call("step", "filter->params.", "filter->state."),
+            "step_row": self._call("step", "params.", "state."),
+            "keep": keep.replace("$to", "filter->state."),
+            "keep_row": keep.replace("$to", "state."),
+            "read": self._call("read", "", "filter->state."),
+            "read_row": self._call("read", "", "state."),
             "set_params": set_words(self.params, "filter->params"),
             "set_state": set_words(self.state, "filter->state"),
             "get_state": get_words(self.state, "filter->state"),
-            "report": join_lines(
-                f"{STEP * 2}to[{k}] = now.{variable(name)};" for k, name in enumerate(said.fields)
-            ).rstrip(),
+            "report": join_lines(f"{STEP * 2}to[{k}] = now.{member};" for k, (_, member) in enumerate(said)).rstrip(),
             "params_words": word_count(self.params),
             "params_format": word_format(self.params),
             "state_words": word_count(self.state),
             "state_format": word_format(self.state),
-            "report_words": word_count(said),
+            "report_words": len(self.said),
         }
-
-
-ROW = Array((1,))  # an array whose length the kernel does not know
 
 
 class ForwardUnit(ImuUnit):
     """A filter's run forward for its smoother, which keeps its blocks."""
 
     def __init__(self, bound: BoundSmoother, guarded: bool) -> None:
+        self._parts = bound.parts
         super().__init__(bound.flt, guarded)
-        parts = bound.parts
-        self._width = parts.width
-        assert isinstance(self.carry, Struct)
-        run = self.carry.fields["run"]
-        assert isinstance(run, Struct)
-        state = run.fields["state"]
-        assert state is not None
-        self._is_block_end = self.program.kernel(parts.is_block_end, [state])
-        self._keep_start = self.program.kernel(parts.keep_start, [state, ROW])
-        self._keep = self.program.kernel(parts.keep, [state, ROW, INT])
+
+    def _roots(self, state: type) -> Iterator[Root]:
+        yield from super()._roots(state)
+        yield Root("is_block_end", self._parts.is_block_end, [self._state])
+        yield Root("keep_start", self._parts.keep_start, [self._state, ROW])
+        yield Root("keep", self._parts.keep, [self._state, ROW, WHOLE])
 
     def _loop(self, parts: dict[str, object]) -> dict[str, object]:
         """The run that keeps blocks, in place of the plain one."""
+        first = ("blocks->numbers", f"{self._parts.width} * kept")
         calls = {
-            "is_block_end": self.program.call(self._is_block_end, ["carry.run.state"]),
-            "keep_start": self.program.call(self._keep_start, ["carry.run.state", "blocks->numbers"]),
-            "keep": self.program.call(self._keep, ["carry.run.state", "blocks->numbers", f"{self._width} * kept"]),
+            name: self.program.call(name, CARRIED_STATE, dict(zip(_arguments(kernel)[1:], first, strict=False)))
+            for name, kernel in (
+                ("is_block_end", self._parts.is_block_end),
+                ("keep_start", self._parts.keep_start),
+                ("keep", self._parts.keep),
+            )
         }
         return {
             "forward": template("native.forward.c").substitute(parts | calls),
             "forward_or_null": "forward",
-            "width": self._width,
+            "width": self._parts.width,
         }
+
+
+def _arguments(function: KernelFunction) -> tuple[str, ...]:
+    """The names of a kernel's arguments."""
+    return function.__code__.co_varnames[: function.__code__.co_argcount]
 
 
 class SmootherUnit:
     """The way back of a filter's smoother, with position and velocity if ``aided``."""
 
     functions = "native.smoother.c"
+    has_arrays = False
+    kinds: tuple[Struct, ...] = ()
 
     def __init__(self, bound: BoundSmoother, aided: bool) -> None:
-        self.program, self._bound, self._aided = _program(), bound, aided
-        backward = smoother_kernels.backward_with_nav if aided else smoother_kernels.backward
-        block: list[Kind] = [ROW, ROW, INT, INT, INT, INT]
-        self._backward = self._kernel(backward, [ROW, INT, *[ROW] * (6 if aided else 4)])
-        self._compose = self._kernel(smoother_kernels.compose_ends, [ROW, INT, ROW, ROW])
-        self._spread = self._kernel(smoother_kernels.spread_block, [*block, *[ROW] * 7])
-        self._spread_nav = self._kernel(smoother_kernels.spread_nav, [*block, *[ROW] * 3]) if aided else None
+        self._bound, self._aided = bound, aided
+        kernels = {
+            "backward": smoother_kernels.backward_with_nav if aided else smoother_kernels.backward,
+            "compose_ends": smoother_kernels.compose_ends,
+            "spread_block": smoother_kernels.spread_block,
+            **({"spread_nav": smoother_kernels.spread_nav} if aided else {}),
+        }
+        self._kernels = {name: bound.bind(kernel) for name, kernel in kernels.items()}
+        self.program = _program(
+            Root(name, kernel, [WHOLE if hint is int else ROW for hint in self._hints(kernel)])
+            for name, kernel in self._kernels.items()
+        )
 
-    def _kernel(self, function: KernelFunction, kinds: list[Kind]) -> Kernel:
-        return self.program.kernel(self._bound.bind(function), kinds)
+    @staticmethod
+    def _hints(kernel: KernelFunction) -> list[object]:
+        hints = annotations(kernel)
+        return [hints[name] for name in _arguments(kernel)]
 
     def gaps(self) -> dict[str, object]:
         """What the template of its functions leaves open."""
@@ -350,17 +412,25 @@ class SmootherUnit:
         block = ["s->t", "s->numbers", "k", "s->count", "first", "last"]
         turn, before, bias, sigma = corrections
         track, found = ["s->quat", "s->biases", "s->sigmas"], ["s->nav_end", "s->nav_before"]
-        back = [*kept, "s->memory", turn, bias, sigma, *(found if self._aided else [])]
-        spread_nav = self._spread_nav and self.program.call(self._spread_nav, [*block, *found, "s->nav"])
-        return {
-            "backward": self.program.call(self._backward, back),
-            "compose_ends": self.program.call(self._compose, [*kept, turn, before]),
-            "spread_block": self.program.call(self._spread, [*block, *corrections, *track]),
-            "spread_nav": f"{spread_nav};" if spread_nav else "",
-            "width": self._bound.parts.width,
-            "memory": self._bound.parts.memory,
-            "aided": int(self._aided),
+        given = {
+            "backward": [*kept, "s->memory", turn, bias, sigma, *(found if self._aided else [])],
+            "compose_ends": [*kept, turn, before],
+            "spread_block": [*block, *corrections, *track],
+            "spread_nav": [*block, *found, "s->nav"],
         }
+        calls = {
+            name: self.program.call(name, {}, dict(zip(_arguments(kernel), given[name], strict=True))) + ";"
+            for name, kernel in self._kernels.items()
+        }
+        return (
+            {"spread_nav": ""}
+            | calls
+            | {
+                "width": self._bound.parts.width,
+                "memory": self._bound.parts.memory,
+                "aided": int(self._aided),
+            }
+        )
 
 
 def smoothers(flt: Filter, guarded: bool) -> dict[bool, BoundSmoother]:
@@ -389,7 +459,7 @@ def sources() -> dict[str, str]:
     for kind, name, unit in units():
         found[f"lh_{kind}_{name}.c"] = text(unit, name, f"lh_{kind}_{name}")
         names[kind].append(name)
-        if unit.program.arrays:
+        if unit.has_arrays:
             names["wide"].append(name)
     lists = {kind: " ".join(f"X({name})" for name in listed) for kind, listed in names.items()}
     table = template("native.table.h").substitute(lists, longest=decimal(MOST_DT))

@@ -2,14 +2,14 @@
 
 from collections.abc import Iterator
 
-from levelhead.export.graph import Branch, Call, Item, Items, Operand, Place, Store
+from levelhead.export.graph import Branch, Call, Item, Items, Loop, Operand, Place, Put, Store, are_exclusive
 from levelhead.export.homing import writes
 from levelhead.export.liveness import Liveness
 from levelhead.export.procedures import Procedure
 from levelhead.open_types import Untyped
 
 LARGEST = 16  # operations in one expression
-ATOMS = ("const", "named", "argument", "load", "result", "phi")
+ATOMS = ("const", "named", "argument", "load", "result", "phi", "carried", "counter", "memory", "local")
 
 
 class StatementPlan:
@@ -30,27 +30,34 @@ class StatementPlan:
         self._select(procedure.graph.body)
         self._count_uses()
         self.held = {node for node in self._computed() if not self._is_inner(node)}
+        self._hold_in_time()
         self.saved: dict[Untyped, list[Operand]] = {}
         self._save_loads()
 
     def _needed(self, block: Items) -> None:
         found = self.items[block] = [item for item in block.items if self._is_needed(item)]
         for item in found:
-            if isinstance(item, Branch):
+            if isinstance(item, Branch | Loop):
                 for arm in item.arms:
                     self._needed(arm)
 
     def _is_needed(self, item: Item) -> bool:
         live = self._live
         if isinstance(item, Store):
-            return live.stores(item, self._procedure) and item.place.members[-1] not in self._procedure.graph.steady
+            return live.stores(item, self._procedure) and item.place.field not in self._procedure.graph.steady
+        if isinstance(item, Put):
+            return True
         if isinstance(item, Call):
             return item in live.calls
-        return item in live.branches if isinstance(item, Branch) else item in live.nodes
+        return item in live.branches if isinstance(item, Branch | Loop) else item in live.nodes
 
     def phis(self, branch: Branch) -> list[Operand]:
         """The numbers that hold a value of either arm."""
         return [phi for phi in branch.phis.values() if phi in self._live.nodes and phi.op == "phi"]
+
+    def carried(self, loop: Loop) -> list[Operand]:
+        """The numbers that change from turn to turn, and that somebody takes."""
+        return [phi for phi in loop.carried if phi in self._live.nodes]
 
     def arguments(self, call: Call) -> list[Operand]:
         """The numbers that a call passes."""
@@ -65,7 +72,7 @@ class StatementPlan:
         """All needed items in order."""
         for item in self.items[block]:
             yield block, item
-            if isinstance(item, Branch):
+            if isinstance(item, Branch | Loop):
                 for arm in item.arms:
                     yield from self.walk(arm)
 
@@ -81,8 +88,15 @@ class StatementPlan:
                 self._use(item.arguments, block, item)
             elif isinstance(item, Store):
                 self._use((item.value,), block, item)
+            elif isinstance(item, Put):
+                self._use((item.array, *item.indices, item.value), block, item)
             elif isinstance(item, Call):
                 self._use(self.arguments(item), block, item)
+            elif isinstance(item, Loop):
+                self._use(item.bounds, block, item)
+                for phi in self.carried(item):
+                    self._use(phi.arguments[:1], block, item)
+                    self._use(phi.arguments[1:], item.arms[0], phi)
             else:
                 self._use((item.condition,), block, item)
                 for phi in self.phis(item):
@@ -96,6 +110,8 @@ class StatementPlan:
 
     def _is_inner(self, node: Operand) -> bool:
         """Whether a number stands inside of the expression that uses it."""
+        if node.op == "row":
+            return True
         return len(self._uses.get(node, ())) == 1 and self._size(node) <= LARGEST
 
     def _size(self, node: Operand) -> int:
@@ -112,6 +128,8 @@ class StatementPlan:
         """Branches that only choose a number become conditional expressions."""
         found: list[Item] = []
         for item in self.items[block]:
+            if isinstance(item, Loop):
+                self._select(item.arms[0])
             if isinstance(item, Branch):
                 for arm in item.arms:
                     self._select(arm)
@@ -130,14 +148,52 @@ class StatementPlan:
     def _is_simple(self, item: Item, phis: list[Operand]) -> bool:
         return isinstance(item, Operand) and self._is_inner(item) and item.op != "select"
 
+    # Elements of arrays
+
+    def _hold_in_time(self) -> None:
+        """Elements that are changed before the statement that uses them get a variable, or what is computed of them;
+        so does what a loop would compute at each turn anew."""
+        for node in list(self._computed()):
+            if node.op != "row" and node not in self.held:
+                block, user = self._uses[node][0]
+                bound = isinstance(user, Loop) and node in user.bounds and node.op not in ATOMS
+                if bound or (node.block is not None and block.loop is not node.block.loop):
+                    self.held.add(node)
+        order, steps = self._steps()
+        barriers = [order[item] for _, item in steps if isinstance(item, Put) or _puts(item)]
+        for node in [one for one in self._computed() if one.op == "element"] if barriers else ():
+            self._hold_before(node, order, barriers)
+
+    def _hold_before(self, element: Operand, order: dict[Untyped, int], barriers: list[int]) -> None:
+        chain: list[Operand] = [element]
+        while chain[-1] not in self.held:
+            _, user = self._uses[chain[-1]][0]
+            if not isinstance(user, Operand) or user.op in ("phi", "carried"):
+                break
+            chain.append(user)
+        if len(chain) > 1 and chain[-1] in self.held:
+            last = order[chain[-1]]
+        elif chain[-1] in self.held:
+            return
+        else:
+            last = order[self._root(*reversed(self._uses[chain[-1]][0]))[0]]
+        first = next(order[node] for node in chain if node in order)
+        between = [at for at in barriers if first < at < last]
+        if between:
+            self.held.add([node for node in chain if node in order and order[node] < between[0]][-1])
+
     # Loads
 
-    def _save_loads(self) -> None:
-        body = self._procedure.graph.body
+    def _steps(self) -> tuple[dict[Untyped, int], list[tuple[Items, Untyped]]]:
+        """Statement -> its number, and all of them."""
         order: dict[Untyped, int] = {}
         steps: list[tuple[Items, Untyped]] = []
-        self._number(body, order, steps)
+        self._number(self._procedure.graph.body, order, steps)
         order[None] = len(steps)
+        return order, steps
+
+    def _save_loads(self) -> None:
+        order, steps = self._steps()
         kills = [(block, item) for block, item in steps if isinstance(item, Store | Call)]
         uses: dict[Operand, list[tuple[Items, Untyped, int]]] = {}
         for node, found in self._uses.items():
@@ -153,7 +209,7 @@ class StatementPlan:
         for item in self.items[block]:
             order[item] = len(steps)
             steps.append((block, item))
-            if isinstance(item, Branch):
+            if isinstance(item, Branch | Loop):
                 for arm in item.arms:
                     self._number(arm, order, steps)
                     order[item, arm] = len(steps)  # where its arm gives its numbers
@@ -161,9 +217,9 @@ class StatementPlan:
 
     def _root(self, user: Untyped, block: Items) -> tuple[Untyped, Items]:
         """The statement in which a use stands, and its block."""
-        while isinstance(user, Operand) and user.op != "phi" and user not in self.held:
+        while isinstance(user, Operand) and user.op not in ("phi", "carried") and user not in self.held:
             (block, user) = self._uses[user][0]
-        if isinstance(user, Operand) and user.op == "phi":
+        if isinstance(user, Operand) and user.op in ("phi", "carried"):
             return (user.content, block), block
         return user, block
 
@@ -179,7 +235,7 @@ class StatementPlan:
         in_way = []
         for block, item in kills:
             if writes(item, place) and order[item] >= begin and load.after is not item:
-                clash = [at for where, _, at in uses if order[item] < at and not _exclusive(block, where)]
+                clash = [at for where, _, at in uses if order[item] < at and not are_exclusive(block, where)]
                 if clash:
                     in_way.append((block, item, order[item]))
         if not in_way:
@@ -203,7 +259,7 @@ class StatementPlan:
             return -1
         if after in order:
             last = order[after]
-            if isinstance(after, Branch):
+            if isinstance(after, Branch | Loop):
                 last = max([last, *(order[after, arm] for arm in after.arms if (after, arm) in order)])
             return last
         assert load.block is not None  # what stood there is not needed: the item before it
@@ -212,11 +268,5 @@ class StatementPlan:
         return max(found, default=-1)
 
 
-def _exclusive(one: Items, other: Items) -> bool:
-    """Whether two blocks are, or are in, different arms of one branch."""
-    arms = {block.branch: block for block in one.ancestors() if block.branch is not None}
-    return any(
-        block.branch in arms and arms[block.branch] is not block
-        for block in other.ancestors()
-        if block.branch is not None
-    )
+def _puts(item: Untyped) -> bool:
+    return isinstance(item, Call) and bool(item.procedure.puts)

@@ -9,14 +9,19 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
+import numpy as np
+
 from levelhead.compiler.mark import KernelFunction, is_kernel
 from levelhead.export.constants import UniqueNames
 from levelhead.export.fusing import fuse
 from levelhead.export.graph import (
+    ARRAY,
     FLOAT,
     Call,
+    Loop,
     Operand,
     Place,
+    Put,
     Record,
     RecordField,
     Store,
@@ -25,14 +30,12 @@ from levelhead.export.graph import (
     leaves,
     placed_leaves,
 )
-from levelhead.export.graph_builder import KINDS, GraphBuilder
-from levelhead.export.inference import resolve_name
+from levelhead.export.graph_builder import KINDS, GraphBuilder, Steady
 from levelhead.export.layout import snake
+from levelhead.export.names import allocation, resolve_name
 from levelhead.export.source import read_source
 from levelhead.export.tracing import BY_PLACE, Tracer
 from levelhead.export.type_table import annotations
-from levelhead.kernels.quat import Quat
-from levelhead.kernels.vec3 import Vec3
 from levelhead.open_types import Untyped
 
 Homes = Mapping[type, Place | None]
@@ -64,17 +67,22 @@ class Procedure:
         parts: of its arguments, each with a value like those that it takes.
         by_place: the parameters that are records at a place.
         graph: its items.
+        tracer: what has made them.
+        least: numbers from which a record is passed by its place.
         answer: its result: a number of ``returned``, the parameter at whose place it lies, or (class, answers).
         returned: the numbers that it returns.
         outputs: the records at a place that it makes, among ``by_place``.
         reads, writes: the places of its parameters whose number before it may matter; that it writes, with the kind of
             number.
         used: numbers that something takes.
+        puts: the arrays, its own ones and those of its caller, into which it puts something.
     """
 
     function: KernelFunction
     name: str
     graph: GraphBuilder
+    tracer: Tracer
+    least: int = BY_PLACE
     parts: list[tuple[Part, Value]] = field(default_factory=list)
     by_place: dict[str, type] = field(default_factory=dict)
     arguments: list[Operand] = field(default_factory=list)
@@ -84,6 +92,16 @@ class Procedure:
     outputs: dict[str, Record] = field(default_factory=dict)
     reads: set[Place] = field(default_factory=set)
     writes: dict[Place, str] = field(default_factory=dict)
+    puts: set[Operand] = field(default_factory=set)
+
+    def outside(self, array: Operand, call: Call, caller: GraphBuilder) -> Operand:
+        """What an array of this procedure is for its caller."""
+        if array.op == "row":
+            given = (self.outside(array.base, call, caller), *array.arguments[1:])
+            return Operand("row", given, ARRAY, shape=array.shape)
+        if array.op == "argument":
+            return call.arguments[self.arguments.index(array)]
+        return caller.memory(outer_place(call, array.content), array.shape)
 
     def stores(self) -> Iterator[Store]:
         """All stores."""
@@ -99,27 +117,30 @@ class Procedures:
 
     Args:
         roots: the kernels that the program calls.
-        steady: member -> its value, for fields that are assumed never to change.
+        steady: field -> its value, for fields that are assumed never to change.
         inlined: kernels that are no calls, whatever their size.
         frozen: classes of parameters that are constants of the program.
+        by_hand: kernels that are calls in any case.
     """
 
     def __init__(
         self,
         roots: Sequence[KernelFunction],
-        steady: dict[RecordField, Untyped],
+        steady: Steady,
         inlined: set[KernelFunction],
         frozen: tuple[type, ...] = (),
+        by_hand: Iterable[KernelFunction] = (),
     ) -> None:
         self.steady, self.frozen = steady, frozen
         self.all: dict[KernelFunction, Procedure] = {}
         self.inlines = False
         self._names = UniqueNames()
-        self._called = called_kernels(roots) - inlined
+        self._called = called_kernels(roots) - inlined | set(by_hand)
+        self._loops = {one for one in self._called if hasattr(one, "__noinline__") and _has_loops(one)}
 
     def is_called(self, function: KernelFunction) -> bool:
-        """Whether a kernel stays a call."""
-        return function in self._called and not self.inlines
+        """Whether a kernel stays a call; where all is to be inlined, a rare one with loops, which no constants fold."""
+        return function in (self._loops if self.inlines else self._called)
 
     def procedure(self, function: KernelFunction, given: Sequence[Value], homes: Homes) -> Procedure:
         """The procedure of a kernel for arguments like these; ``homes``: where records lie for the first caller."""
@@ -129,12 +150,12 @@ class Procedures:
             self.all[function] = made
         return self.all[function]
 
-    def find_contradictions(self, procedures: Iterable[Procedure]) -> set[RecordField]:
+    def find_contradictions(self, procedures: Iterable[Procedure]) -> set[tuple[RecordField, ...]]:
         """Fields that do change."""
         found = set()
         for procedure in procedures:
             for store in procedure.stores():
-                member = store.place.members[-1] if store.place.members else None
+                member = store.place.field
                 if member in self.steady:
                     same = store.value.op == "const" and repr(store.value.content) == repr(self.steady[member])
                     found |= set() if same else {member}
@@ -149,14 +170,40 @@ def make_procedure(
     pick: Callable[[Value], Value] | None = None,
     fixed: Mapping[str, object] | None = None,
     homes: Homes | None = None,
+    least: int = BY_PLACE,
+    own: Homes | None = None,
 ) -> Procedure:
     """Runs a kernel for arguments like these.
 
-    ``pick``: the part of its result that is wanted; ``fixed``: arguments that are known; ``homes``: as ``Procedures``.
+    ``pick``: the part of its result that is wanted; ``fixed``: arguments that are known; ``homes``: as ``Procedures``;
+    ``least``: numbers from which a record is passed by its place; ``own``: where records of what it returns lie.
     """
-    tracer = Tracer(callees)
+    read_only: frozenset[str] = frozenset()
+    while True:
+        made, answered = _trace_procedure(callees, function, name, given, pick, fixed, homes, least, own, read_only)
+        changed = {place.root for place in made.writes} - answered - made.outputs.keys()
+        if not changed:
+            return made
+        read_only |= changed
+
+
+def _trace_procedure(
+    callees: Procedures,
+    function: KernelFunction,
+    name: str,
+    given: Sequence[Value],
+    pick: Callable[[Value], Value] | None,
+    fixed: Mapping[str, object] | None,
+    homes: Homes | None,
+    least: int,
+    own: Homes | None,
+    read_only: frozenset[str],
+) -> tuple[Procedure, set[str]]:
+    """The same once, and the parameters at whose place something is returned."""
+    tracer = Tracer(callees, read_only)
+    tracer.graph.homes |= own or {}
     hints = annotations(function)
-    made = Procedure(function, name, tracer.graph)
+    made = Procedure(function, name, tracer.graph, tracer, least)
     values = []
     for i, (argument, value) in enumerate(zip(read_source(function).tree.args.args, given, strict=True)):
         named = argument.arg
@@ -168,16 +215,17 @@ def make_procedure(
         wanted = KINDS.get(hint) if isinstance(hint, type) else None
         values.append(_take(made, value, Part(i, (), named), homes or {}, wanted))
     result = tracer.inline(function, values)
+    answered: set[str] = set()
     if result is not None:
-        made.answer = _answer(made, pick(result) if pick else result, set())
+        made.answer = _answer(made, pick(result) if pick else result, answered)
     fuse(made.graph.body, made.graph.loads)
     _note_effects(made)
-    return made
+    return made, answered
 
 
 def _take(made: Procedure, value: Value, part: Part, homes: Homes, wanted: str | None) -> Value:
     """What a kernel is given for an argument or a part of it: a record at a place, or numbers."""
-    large = isinstance(value, Record) and len(list(leaves(value))) >= BY_PLACE
+    large = isinstance(value, Record) and len(list(leaves(value))) >= made.least
     if isinstance(value, Record) and made.graph.is_frozen(value):
         return made.graph.copy(value)
     if isinstance(value, Record) and large and (value.place or homes.get(value.cls) or not _has_home(value, homes)):
@@ -207,7 +255,7 @@ def _has_home(value: Value, homes: Homes) -> bool:
 
 def _as_arguments(value: Value, name: str, wanted: str | None) -> Value:
     if isinstance(value, Operand):
-        return Operand("argument", (), wanted or value.kind, name, hint=name)
+        return Operand("argument", (), wanted or value.kind, name, hint=name, shape=value.shape)
     fields: Sequence[str] = getattr(value.cls, "_fields", ()) or [f"part_{i}" for i in range(len(value.values))]
     parts = zip(fields, value.values, strict=True)
     return Record(value.cls, tuple(_as_arguments(part, f"{name}_{inner}", None) for inner, part in parts))
@@ -215,6 +263,8 @@ def _as_arguments(value: Value, name: str, wanted: str | None) -> Value:
 
 def _answer(made: Procedure, value: Value, taken: set[str]) -> Untyped:
     if isinstance(value, Operand):
+        if value.kind == ARRAY:
+            return value
         made.returned.append(value)
         return len(made.returned) - 1
     for name, cls in made.by_place.items():
@@ -223,7 +273,7 @@ def _answer(made: Procedure, value: Value, taken: set[str]) -> Untyped:
             _put(made, value, name)
             return name
     inside = any(isinstance(part, Record) and _is_placed(made, part, taken) for part in value.values)
-    if len(list(leaves(value))) >= BY_PLACE and value.cls is not tuple and not inside:
+    if len(list(leaves(value))) >= made.least and value.cls is not tuple and not inside:
         name = snake(value.cls.__name__)
         while name in read_source(made.function).function.__code__.co_varnames or name in made.by_place:
             name = f"{name}_new"
@@ -242,7 +292,9 @@ def _is_placed(made: Procedure, value: Record, taken: set[str]) -> bool:
 
 def _put(made: Procedure, value: Value, name: str) -> None:
     for place, node in placed_leaves(value, Place(name, ())):
-        if made.graph.contents.get(place) is not node:
+        if node.kind == ARRAY:
+            made.tracer.claim(node, place)
+        elif made.graph.contents.get(place) is not node:
             made.graph.body.items.append(Store(place, node, True))
 
 
@@ -252,10 +304,15 @@ def _note_effects(made: Procedure) -> None:
         written: dict[Place, str] = {}
         if isinstance(item, Store):
             written = {item.place: item.value.kind}
+        elif isinstance(item, Put):
+            made.puts.add(item.array)
         elif isinstance(item, Call):
             for inner, kind in item.procedure.writes.items():
                 written[outer_place(item, inner)] = kind
-            made.reads |= {node.content[0] for node in item.reads.values() if not isinstance(node.after, Call)}
+            for array in item.procedure.puts:
+                made.puts.add(item.procedure.outside(array, item, made.graph).base)
+            found = (node for node in item.reads.values() if node.op == "load" and not isinstance(node.after, Call))
+            made.reads |= {node.content[0] for node in found}
         made.writes |= {place: kind for place, kind in written.items() if place.root in made.by_place}
         partly |= written.keys() if block is not made.graph.body else set()
     used = _used(made)
@@ -263,7 +320,7 @@ def _note_effects(made: Procedure) -> None:
     made.reads = {
         place for place in (made.reads | partly) if place.root in made.by_place and place.root not in made.outputs
     }
-    made.writes = {place: kind for place, kind in made.writes.items() if place.members[-1] not in made.graph.steady}
+    made.writes = {place: kind for place, kind in made.writes.items() if place.field not in made.graph.steady}
 
 
 def _used(made: Procedure) -> set[Operand]:
@@ -286,8 +343,12 @@ def _mentioned(item: Untyped) -> Iterator[Operand]:
         yield from item.arguments
     elif isinstance(item, Store):
         yield item.value
+    elif isinstance(item, Put):
+        yield from (item.array, *item.indices, item.value)
     elif isinstance(item, Call):
         yield from item.arguments
+    elif isinstance(item, Loop):
+        yield from (*item.bounds, *(part for phi in item.carried for part in phi.arguments))
     else:
         yield item.condition
         for phi in item.phis.values():
@@ -306,24 +367,41 @@ def called_kernels(roots: Sequence[KernelFunction]) -> set[KernelFunction]:
         own, callees[function] = _operations(function)
         for callee in dict.fromkeys(callees[function]):
             visit(callee)
-        weights[function] = own + sum(weights[callee] for callee in callees[function])
+        weights[function] = own + sum(weights.get(callee, 0) for callee in callees[function])
         order.append(function)
 
     for root in roots:
         visit(root)
+    makers = {one for one in order if _allocates(one)}
+    while grown := {one for one in order if one not in makers and makers & set(callees[one])}:
+        makers |= grown
     places = dict.fromkeys(order, 0) | dict.fromkeys(roots, 1)
     often = {root for root in roots if not hasattr(root, "__noinline__")}
     called = set()
     for function in reversed(order):
         rare = hasattr(function, "__noinline__") and weights[function] >= RARE
         again = (places[function] - 1) * weights[function]
-        if rare or (weights[function] >= WORTH if function in often else weights[function] >= RARE) * again >= WORTH:
+        if function in makers:
+            pass  # its arrays belong to whoever calls it
+        elif rare or (weights[function] >= WORTH if function in often else weights[function] >= RARE) * again >= WORTH:
             called.add(function)
         for callee in callees[function]:
             places[callee] += 1 if function in called else places[function]
             if function in often and not hasattr(function, "__noinline__"):
                 often.add(callee)
     return called - set(roots)
+
+
+def _has_loops(function: KernelFunction) -> bool:
+    """Whether there is a loop in a kernel or in what it calls."""
+    return any(isinstance(node, ast.For) for node in ast.walk(read_source(function).tree)) or any(
+        map(_has_loops, _operations(function)[1])
+    )
+
+
+def _allocates(function: KernelFunction) -> bool:
+    tree, local = read_source(function).tree, function.__code__.co_varnames
+    return any(allocation(function, node, local) is not None for node in ast.walk(tree))
 
 
 def _operations(function: KernelFunction) -> tuple[int, list[KernelFunction]]:
@@ -338,24 +416,24 @@ def _operations(function: KernelFunction) -> tuple[int, list[KernelFunction]]:
     return own, called
 
 
-def steady_members(value: Untyped) -> dict[RecordField, Untyped]:
+def steady_members(value: Untyped) -> Steady:
     """The fields that have one value wherever they occur in a state before its first sample."""
-    found: dict[RecordField, Untyped] = {}
-    different: set[RecordField] = set()
+    found: Steady = {}
+    different: set[tuple[RecordField, ...]] = set()
 
-    def visit(record: Untyped) -> None:
-        for name, part in zip(record._fields, record, strict=True):
-            member = RecordField(type(record), name)
+    def visit(record: Untyped, place: Place) -> None:
+        for name, part in zip(getattr(record, "_fields", ()), record, strict=True):
+            at = place.member(type(record), name)
             if isinstance(part, tuple):
-                visit(part)
-            elif type(record) not in (Vec3, Quat):
+                visit(part, at)
+            elif not isinstance(part, list | np.ndarray):
                 hint = annotations(type(record)).get(name)
                 number = float(part) if hint is float else part
-                if member in found and repr(found[member]) != repr(number):
-                    different.add(member)
-                found[member] = number
+                if at.field in found and repr(found[at.field]) != repr(number):
+                    different.add(at.field)
+                found[at.field] = number
 
-    visit(value)
+    visit(value, Place("", ()))
     return {member: number for member, number in found.items() if member not in different}
 
 
@@ -364,8 +442,10 @@ def like(value: Untyped) -> Value:
     if isinstance(value, tuple):
         hints = annotations(type(value))
         parts = []
-        for name, part in zip(value._fields, value, strict=True):  # type: ignore[attr-defined]
+        for name, part in zip(getattr(value, "_fields", ()), value, strict=True):
             hint = hints.get(name)
             parts.append(Operand("const", (), FLOAT, 0.0) if hint is float else like(part))
         return Record(type(value), tuple(parts))
+    if isinstance(value, list | np.ndarray):
+        return Operand("const", (), ARRAY, shape=np.shape(value))
     return Operand("const", (), KINDS[type(value)], value)

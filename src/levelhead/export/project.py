@@ -6,7 +6,6 @@ from pathlib import Path
 from levelhead.atomic import atomic_path
 from levelhead.errors import LevelheadError
 from levelhead.export.arduino import sketch
-from levelhead.export.array_api import ArrayApi
 from levelhead.export.axis_api import AxisApi
 from levelhead.export.board import find_board, fitting, require_fit
 from levelhead.export.c_api import CApi
@@ -19,27 +18,9 @@ from levelhead.export.selftest import selftest
 from levelhead.export.wasm import package_files
 
 
-def build_c_api(config: ExportConfig) -> ImuApi | ArrayApi | AxisApi:
-    """What writes header and source of what was chosen.
-
-    Raises:
-        LevelheadError: parts of a filter with arrays are to be left out.
-    """
-    if config.axis:
-        return AxisApi(config)
-    if not has_arrays(config.begin()):
-        return ImuApi(config)
-    if config.without:
-        raise LevelheadError(
-            f"{config.flt.name} keeps its state in an array, of which nothing can be left out; "
-            "--guard off leaves the guard out, or export EKF or Mahony"
-        )
-    return ArrayApi(config)
-
-
-def has_arrays(state: object) -> bool:
-    """Whether a state holds arrays."""
-    return not isinstance(state, float | int) and (not isinstance(state, tuple) or any(map(has_arrays, state)))
+def build_c_api(config: ExportConfig) -> ImuApi | AxisApi:
+    """What writes header and source of what was chosen."""
+    return AxisApi(config) if config.axis else ImuApi(config)
 
 
 def files(config: ExportConfig, arduino: bool = False) -> dict[str, str]:

@@ -8,17 +8,14 @@ from levelhead.calibration import QUANTITIES, Calibration
 from levelhead.compiler.tree import Tree
 from levelhead.errors import LevelheadError
 from levelhead.export.config import ExportConfig
-from levelhead.export.kinds import FLOAT, Struct, variable
+from levelhead.export.kinds import variable
 from levelhead.export.layout import STEP, WIDTH, add_comment, comment, escape, join_lines, wrap_line
-from levelhead.export.program import Kernel, Program
+from levelhead.export.type_table import TypeTable
 from levelhead.filters.eskf import state as at
 from levelhead.filters.eskf.calibration import Estimate
-from levelhead.kernels import correction
-from levelhead.kernels.vec3 import Vec3
 
 Place = tuple[str, int]  # a list inside a state, and an index in it
 READINGS = ("gyr", "acc", "mag")
-GIVEN = tuple(f"three({name})" for name in READINGS)  # as vectors in the body's axes
 
 
 def _numbers(value: Tree, path: str) -> Iterator[tuple[Place, float]]:
@@ -48,12 +45,12 @@ def _prior_numbers(config: ExportConfig) -> Iterator[tuple[str, dict[Place, floa
         yield name, {at: number for at, number in after.items() if repr(number) != repr(before[at])}
 
 
-def prior_table(config: ExportConfig, program: Program) -> str:
+def prior_table(config: ExportConfig, types: TypeTable) -> str:
     """The numbers of the prior, to stand before the functions that need them; empty without one."""
     lines: list[str] = []
     for name, numbers in _prior_numbers(config):
         try:
-            entries = [f"{{{at}, {program.types.number(number)}}}," for (_, at), number in numbers.items()]
+            entries = [f"{{{at}, {types.number(number)}}}," for (_, at), number in numbers.items()]
         except OverflowError as error:
             raise LevelheadError(f"prior, {name}: {error}; export --double") from None
         unit = QUANTITIES[name].unit
@@ -61,7 +58,7 @@ def prior_table(config: ExportConfig, program: Program) -> str:
     if not lines:
         return ""
     words = "The calibration of this sensor by an earlier run: values and their 1 sigma, read at the start."
-    head = ["static const struct {", f"{STEP}int32_t at;", f"{STEP}{program.types.real} value;", "} prior[] = {"]
+    head = ["static const struct {", f"{STEP}int32_t at;", f"{STEP}{types.real} value;", "} prior[] = {"]
     return join_lines([*comment(words), *head, *lines, "};", ""])
 
 
@@ -146,48 +143,3 @@ def component(config: ExportConfig, number: Callable[[float], str], axis: int) -
         for i, factor in config.axes.terms[axis]
     ]
     return " + ".join(parts)
-
-
-def components(config: ExportConfig, number: Callable[[float], str]) -> str:
-    """The three numbers at v in the body's axes, as C."""
-    return ", ".join(component(config, number, axis) for axis in range(3))
-
-
-class ReadingCorrection:
-    """What happens to readings before the driver sees them, as C; nothing where there is nothing to do.
-
-    Attributes:
-        errors: the kind of the errors, which lie in the filter's struct; None without a calibration.
-        kernel: what takes them off.
-    """
-
-    def __init__(self, config: ExportConfig, program: Program) -> None:
-        self._choice, self._program = config, program
-        self.errors: Struct | None = None
-        self.kernel: Kernel | None = None
-        if not config.corrects:
-            return
-        program.types.publish(program.types.struct(correction.Readings))
-        if config.corrections is not None:
-            vector = program.types.struct(Vec3)
-            self.errors = program.types.struct(correction.SensorErrors)
-            self.kernel = program.kernel(correction.correct_readings, [self.errors, vector, vector, vector])
-            program.types.publish(self.errors)
-
-    @property
-    def arguments(self) -> list[str]:
-        """The three readings as the driver takes them."""
-        return [f"now.{name}" for name in READINGS] if self._choice.corrects else [*GIVEN]
-
-    def start(self) -> str:
-        """The lines that set the errors."""
-        if self.errors is None or self._choice.corrections is None:
-            return ""
-        lines = []
-        for (name, kind), value in zip(self.errors.fields.items(), self._choice.corrections.errors, strict=True):
-            try:
-                lines.append(f"{STEP * 2}.{name} = {self._program.types.literal(value, kind or FLOAT)},")
-            except OverflowError as error:
-                raise LevelheadError(f"calibration, {name}: {error}; export --double") from None
-        head = f"{STEP}filter->errors = ({self._program.types.struct_name(self.errors)}){{"
-        return join_lines([head, *lines, f"{STEP}}};"])

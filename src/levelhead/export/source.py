@@ -45,16 +45,6 @@ class Source:
     first: int
     text: str
 
-    def has_brackets(self, node: ast.expr) -> bool:
-        """Whether the author put an expression in brackets of its own."""
-        lines = self.text.encode().splitlines(keepends=True)
-        offset = [0, *(sum(map(len, lines[: i + 1])) for i in range(len(lines)))]
-        whole = self.text.encode()
-        assert node.end_lineno is not None and node.end_col_offset is not None
-        before = whole[: offset[node.lineno - 1] + node.col_offset].rstrip()
-        after = whole[offset[node.end_lineno - 1] + node.end_col_offset :].lstrip()
-        return before.endswith(b"(") and after.startswith(b")")
-
     def refuse(self, node: ast.AST, what: str) -> LevelheadError:
         """The error for what is outside of the language, with file and line."""
         line = self.first + getattr(node, "lineno", 1) - 1

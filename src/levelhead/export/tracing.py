@@ -11,27 +11,36 @@ from dataclasses import dataclass, field
 from typing import Protocol
 
 from levelhead.compiler.mark import KernelFunction, is_kernel
+from levelhead.errors import LevelheadError
 from levelhead.export.graph import (
+    ARRAY,
     BOOL,
     FLOAT,
+    INT,
     Branch,
     Call,
+    Item,
     Items,
+    Loop,
     Operand,
     Place,
+    Put,
     Record,
     RecordField,
     Store,
     Value,
+    are_exclusive,
+    items_within,
     leaves,
     placed_leaves,
 )
-from levelhead.export.graph_builder import FUNCTIONS, KINDS, GraphBuilder
-from levelhead.export.inference import MISSING, arguments, by_field, resolve_name
+from levelhead.export.graph_builder import FUNCTIONS, KINDS, OPERATORS, GraphBuilder, Steady
 from levelhead.export.kinds import is_struct
-from levelhead.export.scopes import loaded_in
+from levelhead.export.names import MISSING, allocation, arguments, by_field, loaded_in, resolve_name, stored_in
 from levelhead.export.source import Source, home, read_source
 from levelhead.export.type_table import annotations
+from levelhead.kernels.quat import Quat
+from levelhead.kernels.vec3 import Vec3
 from levelhead.open_types import Untyped
 
 BY_PLACE = 5  # numbers from which a record is passed by its place
@@ -41,7 +50,7 @@ MANY = 12  # numbers of a record that had better stay where they are than in var
 class Callees(Protocol):
     """What a tracer asks of the whole."""
 
-    steady: dict[RecordField, Untyped]
+    steady: Steady
     frozen: tuple[type, ...]
 
     def is_called(self, function: KernelFunction) -> bool:
@@ -72,14 +81,19 @@ class KernelFrame:
 class Tracer:
     """Runs one procedure's kernel.
 
+    Args:
+        callees: its callees.
+        read_only: the parameters at places where nothing may be put, because they are not what is returned.
+
     Attributes:
         graph: what it makes.
     """
 
-    def __init__(self, callees: Callees) -> None:
-        self._callees = callees
+    def __init__(self, callees: Callees, read_only: frozenset[str] = frozenset()) -> None:
+        self._callees, self._read_only = callees, read_only
         self.graph = GraphBuilder(callees.steady, callees.frozen)
         self._temporaries = 0
+        self._running: list[KernelFunction] = []
 
     # Calls
 
@@ -92,12 +106,17 @@ class Tracer:
     def inline(self, function: KernelFunction, given: Sequence[Value]) -> Value | None:
         """The same, computed here."""
         source = read_source(function)
+        if function in self._running:
+            raise source.refuse(ast.Pass(), f"{function.__name__} calls itself")
         hints = annotations(function)
         variables = {}
         for argument, value in zip(source.tree.args.args, given, strict=True):
             hint = hints.get(argument.arg)
             variables[argument.arg] = self.graph.convert(value, KINDS.get(hint) if isinstance(hint, type) else None)
-        return self._run(source.tree.body, KernelFrame(source, variables))
+        self._running.append(function)
+        found = self._run(source.tree.body, KernelFrame(source, variables))
+        self._running.pop()
+        return found
 
     def _call_procedure(self, function: KernelFunction, given: Sequence[Value]) -> Value | None:
         procedure = self._callees.procedure(function, given, self.graph.homes)
@@ -112,9 +131,11 @@ class Tracer:
                 ]
                 continue
             assert isinstance(value, Record)
-            place = self._place_of(value.cls, value.place, call, name)
+            place = self._place_of(value, value.place, call, name)
             for at, leaf in placed_leaves(value, place):
                 inner = Place(name, at.members[len(place.members) :])
+                if leaf.kind == ARRAY:
+                    self.claim(leaf, at)
                 if inner not in procedure.reads:
                     continue
                 if self.graph.contents.get(at) is not leaf:
@@ -123,7 +144,7 @@ class Tracer:
                     call.reads[inner] = leaf
             call.places[name], records[name] = place, value
         for name, shape in procedure.outputs.items():
-            call.places[name] = self._place_of(shape.cls, None, call, name)
+            call.places[name] = self._place_of(shape, None, call, name)
         self.graph.block.items.append(call)
         for inner, kind in procedure.writes.items():
             self.graph.load(Place(call.places[inner.root].root, call.places[inner.root].members + inner.members), kind)
@@ -131,19 +152,70 @@ class Tracer:
             Operand("result", (), node.kind, (call, i), self.graph.block, node.hint)
             for i, node in enumerate(procedure.returned)
         ]
+        for argument, place in procedure.graph.claims.items():
+            root = call.places[place.root]
+            outer = Place(root.root, root.members + place.members)
+            self.claim(procedure.outside(argument, call, self.graph), outer)
         return self._result(procedure.answer, call, records)
 
-    def _place_of(self, cls: type, place: Place | None, call: Call, name: str) -> Place:
+    def claim(self, array: Operand, place: Place) -> None:
+        """An array goes into a record: the one that every record has in that field, or the first that is made for it.
+
+        Raises:
+            LevelheadError: it is another one.
+        """
+        member = place.members[-1]
+        array_is: RecordField | None
+        if array.op == "argument":
+            array_is = self.graph.claims.setdefault(array, place).members[-1]
+        elif array.op == "local" and not self._is_used(self.graph.memories.get(member), array):
+            before = self.graph.memories.setdefault(member, array)
+            array.op, array.content, array_is = "memory", before.content or place, member
+        else:
+            array_is = array.content.members[-1] if array.op == "memory" else None
+        if array_is != member:
+            owner = member.owner.__name__
+            raise LevelheadError(f"the array {owner}.{member.name} is made once, by init, and written in place")
+
+    def _is_used(self, array: Operand | None, beside: Operand) -> bool:
+        """Whether an array is used beside another one that is made in this procedure."""
+        if array is None:
+            return False
+        assert beside.block is not None
+        for block, item in items_within(self.graph.body):
+            given = (item.array,) if isinstance(item, Put) else getattr(item, "arguments", ())
+            if array in given and not are_exclusive(block, beside.block):
+                return True
+        return False
+
+    def _place_of(self, record: Record, place: Place | None, call: Call, name: str) -> Place:
         """Where a record lies for a call: where it came from, its class's one place, or in a struct of its own."""
-        place = place or self.graph.homes.get(cls)
+        place, cls = place or self.graph.homes.get(record.cls), record.cls
+        if place is not None and place.root in self._read_only and self._changes(record, place, call, name):
+            place = None
         if place is None or any(_overlap(place, other) for other in call.places.values()):
+            if any(leaf.kind == ARRAY for leaf in leaves(record)):
+                raise read_source(call.procedure.function).refuse(
+                    ast.Pass(), f"{cls.__name__} has an array: there can be one of it, that of the state"
+                )
             self._temporaries += 1
             place = Place(f"{name}_{self._temporaries}", ())
             call.temporaries[place.root] = cls
         return place
 
+    def _changes(self, record: Record, place: Place, call: Call, name: str) -> bool:
+        """Whether a call would change what lies at a place, by itself or because another record is put there first."""
+        procedure = call.procedure
+        if any(inner.root == name for inner in procedure.writes):
+            return True
+        return any(
+            self.graph.contents.get(at) is not leaf
+            for at, leaf in placed_leaves(record, place)
+            if Place(name, at.members[len(place.members) :]) in procedure.reads
+        )
+
     def _store(self, place: Place, value: Operand) -> None:
-        if place.members and place.members[-1] in self.graph.steady:
+        if place.field in self.graph.steady:
             self.graph.block.items.append(Store(place, value))  # to be compared
             return
         self.graph.block.items.append(Store(place, value))
@@ -155,6 +227,8 @@ class Tracer:
             return None
         if isinstance(answer, int):
             return call.results[answer]
+        if isinstance(answer, Operand):
+            return call.procedure.outside(answer, call, self.graph)  # type: ignore[no-any-return]
         if isinstance(answer, str):
             place = call.places[answer]
             if answer in call.procedure.outputs:
@@ -166,9 +240,10 @@ class Tracer:
     def _placed(self, shape: Value, place: Place) -> Value:
         """A record that a call has put at a place."""
         if isinstance(shape, Operand):
-            member = place.members[-1]
-            if member in self.graph.steady:
-                return self.graph.constant(self.graph.steady[member])
+            if shape.kind == ARRAY:
+                return self.graph.memory(place, shape.shape)
+            if place.field in self.graph.steady:
+                return self.graph.constant(self.graph.steady[place.field])
             return self.graph.contents[place]
         names: Sequence[str] = shape.cls._fields  # type: ignore[attr-defined]
         parts = zip(names, shape.values, strict=True)
@@ -178,8 +253,10 @@ class Tracer:
 
     def _written(self, before: Value, place: Place, call: Call, inner: Place) -> Value:
         if isinstance(before, Operand):
+            if before.kind == ARRAY:
+                return before
             procedure = call.procedure
-            if place.members and place.members[-1] in self.graph.steady:
+            if place.field in self.graph.steady:
                 return before
             return self.graph.contents[place] if inner in procedure.writes else before
         names: Sequence[str] = before.cls._fields  # type: ignore[attr-defined]
@@ -202,9 +279,14 @@ class Tracer:
                     return self._run([*(statement.body if known else statement.orelse), *rest], frame)
                 if _returns(statement):
                     arms = [*statement.body, *rest], [*statement.orelse, *rest]
-                    return self._branch(condition, *arms, frame, True)
+                    return self._branch(condition, *arms, frame, True, statement)
                 frame.pending.append(frozenset().union(*map(loaded_in, rest)))
-                self._branch(condition, statement.body, statement.orelse, frame, False)
+                self._branch(condition, statement.body, statement.orelse, frame, False, statement)
+                frame.pending.pop()
+                continue
+            if isinstance(statement, ast.For):
+                frame.pending.append(frozenset().union(*map(loaded_in, [*body[i + 1 :], statement])))
+                self._loop(statement, frame)
                 frame.pending.pop()
                 continue
             handler: Callable[..., None] | None = getattr(self, f"_on_{type(statement).__name__}", None)
@@ -220,6 +302,7 @@ class Tracer:
         orelse: Sequence[ast.stmt],
         frame: KernelFrame,
         returns: bool,
+        at: ast.AST,
     ) -> Value | None:
         before, outside = dict(self.graph.contents), self.graph.block
         variables = dict(frame.variables)
@@ -240,18 +323,156 @@ class Tracer:
                 self.graph.contents[place] = contents[place]
         if returns:
             frame.variables = variables
-            return None if one is None or other is None else self._merge(branch, one, other)
+            if one is None or other is None:
+                return None
+            self._require_alike(one, other, frame.function.__name__, at, frame)
+            return self._merge(branch, one, other)
         needed = frozenset().union(*frame.pending)
         shared = [name for name in ones if name in others and name in needed]
+        for name in shared:
+            self._require_alike(ones[name], others[name], name, at, frame)
         frame.variables = {name: self._merge(branch, ones[name], others[name]) for name in shared}
         return None
+
+    # Loops
+
+    def _loop(self, node: ast.For, frame: KernelFrame) -> None:
+        bounds = self._bounds(node, frame)
+        name = node.target.id  # type: ignore[attr-defined]
+        if any(name in stored_in(part) for part in node.body):
+            raise frame.source.refuse(node, f"{name} counts a loop; it cannot be changed there")
+        needed = frozenset().union(*frame.pending)
+        stored = sorted({one for part in node.body for one in stored_in(part)} & needed)
+        before = dict(frame.variables)
+        wide: set[int] = set()  # which numbers are whole before the loop and floats in it
+        while not self._turn(node, frame, bounds, {one: before[one] for one in stored if one in before}, wide):
+            frame.variables = dict(before)
+        frame.variables = before | {one: frame.variables[one] for one in stored if one in frame.variables}
+
+    def _bounds(self, node: ast.For, frame: KernelFrame) -> tuple[Operand, ...]:
+        call = node.iter
+        if not isinstance(call, ast.Call) or frame.resolve(call.func) is not range or node.orelse:
+            raise frame.source.refuse(node, "a loop over something else than range")
+        if not isinstance(node.target, ast.Name):
+            raise frame.source.refuse(node, "a loop counts one variable")
+        if any(isinstance(inner, ast.Return) for inner in ast.walk(node)):
+            raise frame.source.refuse(node, "a loop that returns; keep what it found in a variable")
+        given = [self._number(part, frame) for part in call.args]
+        if any(bound.kind != INT for bound in given):
+            raise frame.source.refuse(node, "a bound of range must be int")
+        zero, one = self.graph.constant(0), self.graph.constant(1)
+        first, last, step = ([zero, *given] if len(given) == 1 else given) + [one] * (3 - max(len(given), 2))
+        if step.op != "const":
+            raise frame.source.refuse(node, "the step of range must be a constant")
+        return first, last, step
+
+    def _turn(
+        self,
+        node: ast.For,
+        frame: KernelFrame,
+        bounds: tuple[Operand, ...],
+        carried: dict[str, Value],
+        wide: set[int],
+    ) -> bool:
+        """The body once; False: a number turned out to be a float in it, and it has to be done again."""
+        graph, outside, loads = self.graph, self.graph.block, len(self.graph.loads)
+        counter = Operand("counter", (), INT, hint=node.target.id)  # type: ignore[attr-defined]
+        loop = Loop(bounds, outside, counter)
+        counter.content, body = loop, Items(loop)
+        loop.arms = (body,)
+        pairs: list[tuple[Operand, Operand]] = []  # a carried number, and what it is before
+
+        def carry(value: Value, name: str) -> Value:
+            if isinstance(value, Record):
+                return Record(value.cls, tuple(carry(part, name) for part in value.values))
+            if value.kind == ARRAY:
+                return value
+            first = graph.number(value, FLOAT) if len(pairs) in wide else value
+            phi = Operand("carried", (), first.kind, loop, body, value.hint or name)
+            pairs.append((phi, first))
+            return phi
+
+        before = dict(frame.variables)
+        items, nodes, contents = len(outside.items), dict(outside.nodes), dict(graph.contents)
+        frame.variables |= {name: carry(value, name) for name, value in carried.items()}
+        entry = {name: frame.variables[name] for name in carried}
+        outside.items.append(loop)
+        graph.block = body
+        frame.variables[node.target.id] = counter  # type: ignore[attr-defined]
+        self._run(node.body, frame)
+        graph.block = body
+        last = []
+        for name, value in entry.items():
+            after = frame.variables[name]
+            self._require_alike(value, after, name, node, frame)
+            last += [leaf for leaf in leaves(after) if leaf.kind != ARRAY]
+        grown = {
+            i for i, ((phi, _), end) in enumerate(zip(pairs, last, strict=True)) if (phi.kind, end.kind) == (INT, FLOAT)
+        }
+        if grown:
+            wide |= grown
+            del outside.items[items:], graph.loads[loads:]
+            graph.contents, graph.block, outside.nodes = contents, outside, nodes
+            return False
+        for (phi, first), end in zip(pairs, last, strict=True):
+            phi.arguments = first, graph.number(end, phi.kind)
+            loop.carried.append(phi)
+        for name in sorted(frame.variables.keys() - before.keys() - {node.target.id}):  # type: ignore[attr-defined]
+            entry[name] = self._last(frame.variables[name], loop)
+        graph.block = outside
+        graph.contents = self._contents_behind(loop, contents, node, frame)
+        frame.variables |= entry
+        return True
+
+    def _last(self, value: Value, loop: Loop) -> Value:
+        """What a variable that begins in a loop is behind it."""
+        if isinstance(value, Record):
+            return Record(value.cls, tuple(self._last(part, loop) for part in value.values))
+        if value.kind == ARRAY:
+            return value
+        zero = self.graph.constant({FLOAT: 0.0, INT: 0, BOOL: False}[value.kind])
+        phi = Operand("carried", (zero, value), value.kind, loop, loop.arms[0], value.hint)
+        loop.carried.append(phi)
+        return phi
+
+    def _contents_behind(
+        self, loop: Loop, before: dict[Place, Operand], node: ast.For, frame: KernelFrame
+    ) -> dict[Place, Operand]:
+        """What lies at places after a loop: it may only write records of its own."""
+        inside = [item for _, item in items_within(loop.arms[0])]
+        calls = [item for item in inside if isinstance(item, Call)]
+        own = {root for call in calls for root in call.temporaries}
+        written = [item.place for item in inside if isinstance(item, Store)]
+        written += [call.places[place.root] for call in calls for place in call.procedure.writes]
+        if any(place.root not in own for place in written):
+            raise frame.source.refuse(node, "a loop that changes a record of the state; keep it in a variable")
+        return {place: operand for place, operand in before.items() if place.root not in own}
+
+    def _require_alike(self, one: Value, other: Value, name: str, node: ast.AST, frame: KernelFrame) -> None:
+        """Refuses a variable that is one thing here and another there."""
+        if isinstance(one, Record) and isinstance(other, Record) and len(one.values) == len(other.values):
+            if one.cls is other.cls:
+                for part, twin in zip(one.values, other.values, strict=True):
+                    self._require_alike(part, twin, name, node, frame)
+                return
+        elif isinstance(one, Operand) and isinstance(other, Operand):
+            if ARRAY not in (one.kind, other.kind) or one is other:
+                return
+            if "memory" in (one.op, other.op) and one.shape == other.shape:
+                place = one.content if one.op == "memory" else other.content
+                self.claim(one, place)
+                self.claim(other, place)
+                return
+        raise frame.source.refuse(node, f"{name} is {describe(one)} before and {describe(other)} here")
 
     def _merge(self, branch: Branch, one: Value, other: Value, place: Place | None = None, many: bool = False) -> Value:
         """The value of either arm, which lies or would lie at a place; ``many``: together with many others."""
         if one is other:
             return one
         if isinstance(one, Record) and isinstance(other, Record):
-            home = one.place or other.place or self.graph.homes.get(one.cls) or place
+            home = (
+                None if one.cls in (Vec3, Quat) else one.place or other.place or self.graph.homes.get(one.cls) or place
+            )
             many = sum(isinstance(part, Operand) for part in one.values) >= MANY
             names: Sequence[str] = getattr(one.cls, "_fields", ()) or [""] * len(one.values)
             values = tuple(
@@ -260,6 +481,8 @@ class Tracer:
             )
             return Record(one.cls, values, home)
         assert isinstance(one, Operand) and isinstance(other, Operand)
+        if one.kind == ARRAY:  # of one field, as ``_require_alike`` has found
+            return self.graph.memories[one.content.members[-1]]
         if one.kind != other.kind:
             return self._merge(branch, self.graph.convert(one, FLOAT), self.graph.convert(other, FLOAT))
         if place is not None:
@@ -275,7 +498,9 @@ class Tracer:
 
     def _home(self, branch: Branch, one: Operand, other: Operand, place: Place, many: bool) -> None:
         """Stores the number of an arm where the number of the other lies already, or one of many where it belongs."""
-        if place in branch.homed or place.members[-1] in self.graph.steady:
+        if place in branch.homed or place.field in self.graph.steady or branch.block.loop is not None:
+            return
+        if place.root in self._read_only:
             return
         lies = [contents.get(place) is node for contents, node in zip(branch.contents, (one, other), strict=True)]
         if not any(lies) and not (many and all(place in contents for contents in branch.contents)):
@@ -291,7 +516,9 @@ class Tracer:
         pass
 
     def _on_Expr(self, node: ast.Expr, frame: KernelFrame) -> None:
-        if not isinstance(node.value, ast.Constant):
+        if isinstance(node.value, ast.Call) and is_kernel(frame.resolve(node.value.func)):
+            self._call_kernel(node.value, frame)  # for what it writes into memory
+        elif not isinstance(node.value, ast.Constant):
             raise frame.source.refuse(node, "an expression whose value is not used")
 
     def _on_Assign(self, node: ast.Assign, frame: KernelFrame) -> None:
@@ -305,7 +532,7 @@ class Tracer:
 
     def _on_AugAssign(self, node: ast.AugAssign, frame: KernelFrame) -> None:
         left, right = self._number(node.target, frame), self._number(node.value, frame)
-        self._assign(node.target, self.graph.arithmetic(node.op, left, right, frame.function), frame)
+        self._assign(node.target, self._arithmetic(node, left, right, frame), frame)
 
     def _assign(self, target: ast.expr, value: Value, frame: KernelFrame) -> None:
         if isinstance(target, ast.Tuple):
@@ -315,9 +542,64 @@ class Tracer:
         elif isinstance(target, ast.Name):
             if isinstance(value, Operand) and not value.hint and value.op not in ("const", "named"):
                 value.hint = target.id
+            before = frame.variables.get(target.id, value)
+            if target.id != "_" and type(before) is not type(value):
+                raise frame.source.refuse(
+                    target, f"{target.id} is {describe(before)} before and {describe(value)} here"
+                )
             frame.variables[target.id] = value
+        elif isinstance(target, ast.Subscript):
+            array, indices = self._array(target.value, frame), self._indices(target, frame)
+            if not isinstance(value, Operand) or value.kind not in (FLOAT, INT) or len(indices) != len(array.shape):
+                raise frame.source.refuse(target, "only a number can be put into an array")
+            number = self.graph.number(value, FLOAT)
+            self.graph.block.items.append(Put(array.base, (*array.arguments[1:], *indices), number))
         else:
-            raise frame.source.refuse(target, "a value can be given to a variable only")
+            raise frame.source.refuse(target, "a value can be given to a variable or an element of an array only")
+
+    def _array(self, node: ast.expr, frame: KernelFrame) -> Operand:
+        value = self._value(node, frame)
+        if not isinstance(value, Operand) or value.kind != ARRAY:
+            raise frame.source.refuse(node, f"{ast.unparse(node)} is {describe(value)}, not an array")
+        return value
+
+    def _indices(self, node: ast.Subscript, frame: KernelFrame) -> list[Operand]:
+        found = [
+            self._number(part, frame)
+            for part in (node.slice.elts if isinstance(node.slice, ast.Tuple) else [node.slice])
+        ]
+        if any(index.kind != INT for index in found):
+            raise frame.source.refuse(node, "an index must be int")
+        return found
+
+    def _made(self, node: ast.Call, shape: ast.expr, frame: KernelFrame) -> Operand:
+        """A new array, in the procedure until a record takes it."""
+        sizes = []
+        for size in shape.elts if isinstance(shape, ast.Tuple) else [shape]:
+            number: object = size.value if isinstance(size, ast.Constant) else frame.resolve(size)
+            if type(number) is not int or number < 1:
+                raise frame.source.refuse(node, f"the shape {ast.unparse(shape)} is not made of constants")
+            sizes.append(number)
+        array = Operand("local", (), ARRAY, block=self.graph.block, shape=tuple(sizes))
+        self.graph.locals.append(array)
+        if frame.resolve(node.func).__name__ == "zeros":
+            self._clear(array, ())
+        return array
+
+    def _clear(self, array: Operand, indices: tuple[Operand, ...]) -> None:
+        """Zeros, from some indices on."""
+        graph = self.graph
+        if len(indices) == len(array.shape):
+            graph.block.items.append(Put(array, indices, graph.constant(0.0)))
+            return
+        bounds = graph.constant(0), graph.constant(array.shape[len(indices)]), graph.constant(1)
+        counter = Operand("counter", (), INT, hint="ijk"[len(indices)])
+        loop = Loop(bounds, graph.block, counter)
+        counter.content, loop.arms = loop, (Items(loop),)
+        graph.block.items.append(loop)
+        graph.block = loop.arms[0]
+        self._clear(array, (*indices, counter))
+        graph.block = loop.block
 
     # Expressions
 
@@ -330,12 +612,14 @@ class Tracer:
 
     def _number(self, node: ast.expr, frame: KernelFrame) -> Operand:
         value = self._value(node, frame)
-        if not isinstance(value, Operand):
+        if not isinstance(value, Operand) or value.kind == ARRAY:
             raise frame.source.refuse(node, f"{ast.unparse(node)} is no number")
         return value
 
     def _of_Constant(self, node: ast.Constant, frame: KernelFrame) -> Value:
-        return self.graph.constant(node.value)  # type: ignore[arg-type]
+        if not isinstance(node.value, int | float):
+            raise frame.source.refuse(node, f"{node.value!r} is no number")
+        return self.graph.constant(node.value)
 
     def _of_Name(self, node: ast.Name, frame: KernelFrame) -> Value:
         if node.id in frame.variables:
@@ -346,8 +630,8 @@ class Tracer:
         if frame.resolve(node) is not MISSING:
             return self._global(node, frame)
         owner = self._value(node.value, frame)
-        if not isinstance(owner, Record):
-            raise frame.source.refuse(node, f"{ast.unparse(node.value)} has no {node.attr}")
+        if not isinstance(owner, Record) or node.attr not in getattr(owner.cls, "_fields", ()):
+            raise frame.source.refuse(node, f"{describe(owner)} has no {node.attr}")
         return owner.get(node.attr)
 
     def _global(self, node: ast.Name | ast.Attribute, frame: KernelFrame) -> Value:
@@ -358,12 +642,16 @@ class Tracer:
             else:
                 module, name = home(frame.function.__module__, node.id)
             return self.graph.named_constant(module, name, value)
+        if value is MISSING and isinstance(node, ast.Name) and node.id in frame.function.__code__.co_varnames:
+            raise frame.source.refuse(node, f"{node.id} has no value here")
         if value is MISSING:
             raise frame.source.refuse(node, f"{ast.unparse(node)} is neither a number nor a kernel's value")
         return self.graph.literal(value)
 
     def _of_Subscript(self, node: ast.Subscript, frame: KernelFrame) -> Value:
         owner = self._value(node.value, frame)
+        if isinstance(owner, Operand) and owner.kind == ARRAY:
+            return self.graph.element(owner, self._indices(node, frame))
         at = node.slice.value if isinstance(node.slice, ast.Constant) else None
         if not isinstance(owner, Record) or not isinstance(at, int):
             raise frame.source.refuse(node, "a record is indexed by a constant")
@@ -379,7 +667,13 @@ class Tracer:
         return self.graph.operate("neg", inner.kind, inner, origin=frame.function)
 
     def _of_BinOp(self, node: ast.BinOp, frame: KernelFrame) -> Value:
-        left, right = self._number(node.left, frame), self._number(node.right, frame)
+        return self._arithmetic(node, self._number(node.left, frame), self._number(node.right, frame), frame)
+
+    def _arithmetic(
+        self, node: ast.BinOp | ast.AugAssign, left: Operand, right: Operand, frame: KernelFrame
+    ) -> Operand:
+        if type(node.op) not in OPERATORS:
+            raise frame.source.refuse(node, f"{type(node.op).__name__} is outside of the kernel language")
         return self.graph.arithmetic(node.op, left, right, frame.function)
 
     def _of_Compare(self, node: ast.Compare, frame: KernelFrame) -> Value:
@@ -391,9 +685,24 @@ class Tracer:
         return self.graph.combine("and", found)
 
     def _of_BoolOp(self, node: ast.BoolOp, frame: KernelFrame) -> Value:
-        return self.graph.combine(
-            "and" if isinstance(node.op, ast.And) else "or", [self._condition(part, frame) for part in node.values]
-        )
+        graph, parts = self.graph, list[Operand]()
+        op = "and" if isinstance(node.op, ast.And) else "or"
+        for i, part in enumerate(node.values):
+            block = graph.block
+            items, nodes, loads, contents = len(block.items), dict(block.nodes), len(graph.loads), dict(graph.contents)
+            found = self._condition(part, frame)
+            if i > 0 and any(map(_reads_array, block.items[items:])):  # what stands before may say that it is not there
+                del block.items[items:], graph.loads[loads:]
+                block.nodes, graph.contents = nodes, contents
+                rest = ast.copy_location(ast.Return(ast.BoolOp(node.op, node.values[i:])), node)
+                known = ast.copy_location(ast.Return(ast.Constant(op == "or")), node)
+                arms = ([rest], [known]) if op == "and" else ([known], [rest])
+                test = graph.combine(op, parts)
+                if graph.decide(test) is not None:
+                    return self._run(arms[0] if graph.decide(test) else arms[1], frame) or test
+                return self._branch(test, *arms, frame, True, node) or test
+            parts.append(found)
+        return graph.combine(op, parts)
 
     def _condition(self, node: ast.expr, frame: KernelFrame) -> Operand:
         value = self._number(node, frame)
@@ -408,24 +717,34 @@ class Tracer:
             [ast.copy_location(ast.Return(value=node.body), node)],
             [ast.copy_location(ast.Return(value=node.orelse), node)],
         )
-        value = self._branch(condition, *arms, frame, True)
+        value = self._branch(condition, *arms, frame, True, node)
         assert value is not None
         return value
 
+    def _call_kernel(self, node: ast.Call, frame: KernelFrame) -> Value | None:
+        called = frame.resolve(node.func)
+        return self.call(called, [self._value(part, frame) for part in arguments(node, called)])
+
     def _of_Call(self, node: ast.Call, frame: KernelFrame) -> Value:
+        shape = allocation(frame.function, node, frame.variables)
+        if shape is not None:
+            return self._made(node, shape, frame)
         if isinstance(node.func, ast.Attribute) and node.func.attr == "_replace":
             owner = self._value(node.func.value, frame)
             assert isinstance(owner, Record)
             new = {str(word.arg): self._value(word.value, frame) for word in node.keywords}
-            names: Sequence[str] = owner.cls._fields  # type: ignore[attr-defined]
-            parts = [new.get(name, part) for name, part in zip(names, owner.values, strict=True)]
+            fields_of: Sequence[str] = owner.cls._fields  # type: ignore[attr-defined]
+            parts = [new.get(name, part) for name, part in zip(fields_of, owner.values, strict=True)]
             return self.graph.record(owner.cls, parts, owner.place)
         called = frame.resolve(node.func)
         if is_struct(called):
-            fields = by_field(node, list(called._fields)) or {}  # type: ignore[attr-defined]
+            names: Sequence[str] = called._fields  # type: ignore[attr-defined]
+            fields = by_field(node, list(names))
+            if fields is None:
+                raise frame.source.refuse(node, f"{called.__name__} has {len(names)} fields, each to be given once")
             return self.graph.record(called, [self._value(part, frame) for part in fields.values()])
         if is_kernel(called):
-            found = self.call(called, [self._value(part, frame) for part in arguments(node, called)])
+            found = self._call_kernel(node, frame)
             if found is None:
                 raise frame.source.refuse(node, f"{ast.unparse(node)} returns nothing")
             return found
@@ -433,6 +752,24 @@ class Tracer:
         if called is MISSING or name not in FUNCTIONS or node.keywords:
             raise frame.source.refuse(node, f"{ast.unparse(node.func)} is not a kernel")
         return self.graph.call_builtin(name, [self._number(part, frame) for part in node.args], frame.function)
+
+
+def describe(value: Value | None) -> str:
+    """For error messages."""
+    if value is None:
+        return "nothing"
+    if isinstance(value, Record):
+        return value.cls.__name__
+    return value.kind if value.kind != ARRAY else f"an array of {' × '.join(map(str, value.shape))} numbers"
+
+
+def _reads_array(item: Item) -> bool:
+    """Whether an item reads elements, by itself or in what it calls."""
+    if isinstance(item, Call):
+        return any(node.kind == ARRAY for node in item.arguments)
+    if isinstance(item, Branch | Loop):
+        return any(_reads_array(inner) for arm in item.arms for inner in arm.items)
+    return isinstance(item, Operand) and item.op == "element"
 
 
 def _overlap(one: Place, other: Place) -> bool:

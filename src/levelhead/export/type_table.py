@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from typing import get_args, get_origin, get_type_hints
 
 from levelhead.errors import LevelheadError
-from levelhead.export.kinds import FLOAT, NUMBERS, Array, Kind, Scalar, Struct, is_empty, is_struct, variable, within
+from levelhead.export.kinds import FLOAT, NUMBERS, Array, Kind, Struct, is_empty, is_struct, variable, within
 from levelhead.export.layout import STEP, add_comment, comment, docstring, snake
 from levelhead.export.source import field_remarks
 from levelhead.filters.parameters import description
@@ -50,14 +50,6 @@ class TypeTable:
         if isinstance(hint, type) and hint in NUMBERS:
             return NUMBERS[hint]
         return self.struct(hint) if is_struct(hint) else None
-
-    def bundle(self, kinds: Sequence[Kind]) -> Struct:
-        """The kind of a plain tuple."""
-        key = tuple(kind if isinstance(kind, Scalar | Array) else id(kind) for kind in kinds)
-        if key not in self._structs:
-            name = f"Tuple{len([known for known in self._structs if isinstance(known, tuple)]) + 1}"
-            self._structs[key] = Struct(name, {f"part_{i}": kind for i, kind in enumerate(kinds)})
-        return self._structs[key]
 
     def kind_of(self, value: object) -> Kind | None:
         """The kind of a constant: a number or a NamedTuple of numbers; None for anything else."""
@@ -137,11 +129,8 @@ class TypeTable:
 
 
 def declarator(kind: Kind, name: str) -> str:
-    """A name as it is declared: an array is an address, of a row where it has several dimensions."""
-    if not isinstance(kind, Array):
-        return name
-    rows = "".join(f"[{size}]" for size in kind.shape[1:])
-    return f"(*{name}){rows}" if rows else f"*{name}"
+    """A name as it is declared."""
+    return name + "".join(f"[{size}]" for size in kind.shape) if isinstance(kind, Array) else name
 
 
 def decimal(value: float) -> str:

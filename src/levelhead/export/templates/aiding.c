@@ -49,5 +49,7 @@ bool ${name}_update_height($name *filter, $real height, $real sigma, $real age)
 
 ${name}_nav_state ${name}_position(const $name *filter)
 {
-    return $place;
+    ${name}_nav_state found;
+    $place;
+    return found;
 }

@@ -1,11 +1,5 @@
 /* ---- What $name.h offers */
 
-/* What has to be kept from sample to sample. */
-static void keep($name *filter, const $state *state)
-{
-$kept
-}
-
 void ${name}_init($name *filter, $real level)
 {
 $values
@@ -14,8 +8,8 @@ $values
 
 void ${name}_reset($name *filter, $real level)
 {
-    const $state state = $begin;
-    keep(filter, &state);
+    const $first state = $begin;
+$kept_first
 }
 
 bool ${name}_update($name *filter, $real level, $real rate, $real dt, $real period, ${name}_report *report)
@@ -24,9 +18,8 @@ bool ${name}_update($name *filter, $real level, $real rate, $real dt, $real peri
     if (!($zero < dt && dt < $longest && finite == $zero)) {
         return false;
     }
-    const $state before = {$restored};
     const $state state = $step;
-    keep(filter, &state);
+$kept
     if (report) {
         *report = $read;
     }

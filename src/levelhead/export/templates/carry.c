@@ -2,7 +2,7 @@
 void ${name}_get_carry(const $name *filter, ${name}_saved *to)
 {
     to->mark = UINT32_C($mark);
-    to->carry = filter->carry;$get
+    to->carry = filter->carry;
 }
 
 bool ${name}_set_carry($name *filter, const ${name}_saved *from)
@@ -10,5 +10,6 @@ bool ${name}_set_carry($name *filter, const ${name}_saved *from)
     if (from->mark != UINT32_C($mark)) {
         return false;
     }
-$set    return true;
+    filter->carry = from->carry;
+    return true;
 }

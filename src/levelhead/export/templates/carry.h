@@ -4,7 +4,7 @@
  */
 typedef struct {
     uint32_t mark; /* of this filter and its layout */
-    ${name}_carry carry;$arrays
+    ${name}_carry carry;
 } ${name}_saved;
 
 void ${name}_get_carry(const $name *filter, ${name}_saved *to);

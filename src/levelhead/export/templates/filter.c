@@ -7,7 +7,7 @@
 #include "$name.h"
 
 $library
-$includes
+
 #if defined(__clang__)
 #pragma STDC FP_CONTRACT OFF
 #elif defined(__GNUC__)

@@ -1,6 +1,6 @@
 /* ---- What $name.h offers */
 
-void ${name}_init($name *filter)
+${table}void ${name}_init($name *filter)
 {
 $values
     ${name}_reset(filter);
@@ -9,7 +9,7 @@ $values
 void ${name}_reset($name *filter)
 {
     $begin;
-}
+$told}
 
 ${mounted}static void three(const $real *v, $real *to)
 {

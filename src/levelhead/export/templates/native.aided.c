@@ -1,5 +1,5 @@
         if (rows->first) {
             for (int64_t k = rows->first[i]; k < rows->first[i + 1]; k++) {
-                carry = $aided;
+                $aided;
             }
         }

@@ -24,7 +24,8 @@ $get_state
 static double tick(void *memory, double period, double level, double rate, double dt)
 {
     Filter *filter = memory;
-    filter->state = $step;
+    const $Next next = $step;
+$keep
     const $Report now = $read;
     return now.level;
 }
@@ -38,7 +39,8 @@ static void run(void *memory, ptrdiff_t count, const double *t, const double *le
     for (ptrdiff_t i = 0; i < count; i++, to += $report_words) {
         if (i > 0) {
             const double level = levels[i], rate = rates[i], dt = t[i] - t[i - 1];
-            state = $step_row;
+            const $Next next = $step_row;
+$keep_row
         }
         const $Report now = $read_row;
 $report

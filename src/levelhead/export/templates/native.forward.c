@@ -4,8 +4,6 @@ static ptrdiff_t forward(void *memory, ptrdiff_t start, ptrdiff_t count, double 
 {
     static const double none[3] = {0.0, 0.0, 0.0};
     Filter *filter = memory;
-    const $Settings settings = filter->settings;
-    $Carry carry = filter->carry;
     $keep_start;
     int32_t kept = 1;
     ptrdiff_t i = start;
@@ -13,19 +11,19 @@ static ptrdiff_t forward(void *memory, ptrdiff_t start, ptrdiff_t count, double 
         const double *gyr = rows->gyr + 3 * i, *acc = rows->acc + 3 * i, *mag = rows->mag ? rows->mag + 3 * i : none;
         const double dt = rows->t[i] - last;
         last = rows->t[i];
-        carry = $advance;
+        $advance;
         if ($is_block_end) {
             $keep;
             blocks->end[kept++] = (double)i;
         }
 $aided
-        const $Output out = $result;
+        Output out;
+        $result;
         double *quat = rows->quat + 4 * i;
         quat[0] = out.quat.w, quat[1] = out.quat.x, quat[2] = out.quat.y, quat[3] = out.quat.z;
         rows->health[i] = (uint32_t)out.health;
 $place
     }
-    filter->carry = carry;
     *found = kept;
     return i;
 }

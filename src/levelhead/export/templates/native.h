@@ -7,6 +7,7 @@
 #include <stdint.h>
 
 #define LH_INLINE static inline __attribute__((always_inline))
+#define LH_CALLED __attribute__((noinline)) /* rare, or in many places */
 
 /* Whether this processor has vectors of four doubles, and of eight. */
 #if defined(LH_WITH_WIDE)

@@ -1,8 +1,6 @@
-/* Arrays stand where a cache line begins, so that no vector lies across two. */
 typedef struct {
-    $arrays
-    $Settings settings;
     $Carry carry;
+    $Settings settings;
 } Filter;
 
 static void set_settings(void *memory, const lh_word *from)
@@ -15,7 +13,7 @@ static void begin(void *memory, const lh_word *settings)
 {
     Filter *filter = memory;
     set_settings(memory, settings);
-    filter->carry = $begin;
+    $begin;
 }
 
 static void set_carry(void *memory, const lh_word *from)
@@ -30,15 +28,11 @@ static void get_carry(const void *memory, lh_word *to)
 $get_carry
 }
 
-static Vec3 three(const double *v)
-{
-    return (Vec3){v[0], v[1], v[2]};
-}
-
 static void report(const void *memory, double said[11])
 {
     const Filter *filter = memory;
-    const $Output out = $report;
+    Output out;
+    $result;
     said[0] = out.quat.w, said[1] = out.quat.x, said[2] = out.quat.y, said[3] = out.quat.z;
     said[4] = out.bias.x, said[5] = out.bias.y, said[6] = out.bias.z;
     said[7] = out.sigma.x, said[8] = out.sigma.y, said[9] = out.sigma.z;

@@ -1,5 +1,6 @@
         if (rows->first) {
-            const $NavState now = $place;
+            NavState now;
+            $place;
             double *place = rows->places + 12 * i;
             place[0] = now.position.x, place[1] = now.position.y, place[2] = now.position.z;
             place[3] = now.velocity.x, place[4] = now.velocity.y, place[5] = now.velocity.z;

@@ -2,15 +2,14 @@ static void run(void *memory, ptrdiff_t count, double last, const lh_rows *rows)
 {
     static const double none[3] = {0.0, 0.0, 0.0};
     Filter *filter = memory;
-    const $Settings settings = filter->settings;
-    $Carry carry = filter->carry; /* here, so that compilers keep its numbers in registers */
     for (ptrdiff_t i = 0; i < count; i++) {
         const double *gyr = rows->gyr + 3 * i, *acc = rows->acc + 3 * i, *mag = rows->mag ? rows->mag + 3 * i : none;
         const double dt = rows->dt ? rows->dt[i] : rows->t[i] - last;
         last = rows->t ? rows->t[i] : last;
-        carry = $advance;
+        $advance;
 $aided
-        const $Output out = $result;
+        Output out;
+        $result;
         double *quat = rows->quat + 4 * i, *bias = rows->bias + 3 * i, *sigma = rows->sigma + 3 * i;
         quat[0] = out.quat.w, quat[1] = out.quat.x, quat[2] = out.quat.y, quat[3] = out.quat.z;
         bias[0] = out.bias.x, bias[1] = out.bias.y, bias[2] = out.bias.z;
@@ -18,5 +17,4 @@ $aided
         rows->health[i] = (uint32_t)out.health;
 $place
     }
-    filter->carry = carry;
 }

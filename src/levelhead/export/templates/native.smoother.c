@@ -1,11 +1,11 @@
 /* ``smoother_kernels.correct_stretch``. */
 static void correct(const lh_stretch *s)
 {
-    $backward;
-    $compose_ends;
+    $backward
+    $compose_ends
     for (int32_t k = 1; k <= s->count; k++) {
         const int32_t first = (int32_t)s->end[k - 1] + 1, last = k < s->count ? (int32_t)s->end[k] : s->stop - 1;
-        $spread_block;
+        $spread_block
         $spread_nav
     }
 }

@@ -69,88 +69,11 @@ static double lh_root(double x)
 typedef lh_kalman_axis_params Kalman;
 typedef lh_kalman_axis_report Axis;
 
-/* P of level and bias, symmetric. */
-typedef struct {
-    double level;
-    double cross;
-    double bias;
-} Covariance;
-
-/* K of level and bias. */
-typedef struct {
-    double level;
-    double bias;
-} Gain;
-
-/* Variances for one sample, in the unit of the level: of level, bias and measurement. */
-typedef struct {
-    double level;
-    double bias;
-    double measurement;
-} Noise;
-
 
 /* Constants, each in the unit that stands behind it */
 
 static const double TRIG_ROUND = 6755399441055744.0; /* 1.5·2⁵²: added and taken off again it rounds to a whole number */
 
-
-/* ---- two_state
- *
- * An angle and the bias of its rate: the covariance that several filters share.
- *
- *     P ← F P Fᵀ + Q,   F = [[1, −Δt], [0, 1]]                                                                    (1)
- *     P ← (I − K H) P,   or Joseph's form   P ← (I − K H) P (I − K H)ᵀ + K r Kᵀ,   H = (1, 0)                     (2)
- *
- * The left form of (2) holds for the optimal gain only, Joseph's for any.
- */
-
-/* Eq. 1 with Q = diag(q_level, q_bias). */
-static Covariance two_state_predict(Covariance p, double dt, double q_level, double q_bias)
-{
-    const double level = p.level, cross = p.cross, bias = p.bias;
-    return (Covariance){level + dt * (dt * bias - 2.0 * cross) + q_level, cross - dt * bias, bias + q_bias};
-}
-
-/* Eq. 2, left. */
-static Covariance two_state_correct(Covariance p, Gain k)
-{
-    const double level = p.level, cross = p.cross, bias = p.bias;
-    return (Covariance){level - k.level * level, cross - k.level * cross, bias - k.bias * cross};
-}
-
-/* Eq. 2, right. */
-static Covariance two_state_joseph(Covariance p, Gain k, double r)
-{
-    const double level = p.level, cross = p.cross, bias = p.bias;
-    const double a = k.level, b = k.bias;
-    const double rest = 1.0 - a;
-    return (Covariance){rest * rest * level + a * a * r, rest * (cross - b * level) + a * b * r,
-        bias - 2.0 * b * cross + b * b * (level + r)};
-}
-
-/* ---- angle
- *
- * Angles on the circle: never blend 175° and −175° to 0°.
- */
-
-/* The angle brought to [−period/2, period/2); untouched, to the bit, when it is there already.
- *
- * period is 2π for radians, 360 for degrees, and 0 for a quantity that is not on a circle (a height, a price).
- */
-static double angle_wrap(double angle, double period)
-{
-    /* nearly always inside, and dividing takes longest */
-    if (period > 0.0 && !(-0.5 * period <= angle && angle < 0.5 * period)) {
-        const double turns = angle / period + 0.5;
-        double whole = (turns + TRIG_ROUND) - TRIG_ROUND;
-        if (whole > turns) { /* to the nearest, but floor is meant; a real floor would keep lanes from being SIMD */
-            whole -= 1.0;
-        }
-        return angle - period * whole;
-    }
-    return angle;
-}
 
 /* ---- kalman
  *
@@ -170,64 +93,92 @@ static double angle_wrap(double angle, double period)
  * magnetometer, heading; its parameters are then in degrees, as in the lesson.
  */
 
-/* Q of one sample and r, with unit = (unit of the parameters in units of the level)². */
-static Noise kalman_noise(Kalman params, double dt, double unit)
-{
-    const double share = params.q_per_sample ? unit : unit * dt;
-    return (Noise){params.q_angle * share, params.q_bias * share, params.r_measure * unit};
-}
-
-/* Eq. 2. */
-static Gain kalman_gain(Covariance p, double r)
-{
-    const double s = p.level + r;
-    return (Gain){p.level / s, p.cross / s};
-}
-
-/* Eq. 4. */
-static Covariance kalman_correct_covariance(Covariance p, Gain k, double r, bool with_joseph)
-{
-    return with_joseph ? two_state_joseph(p, k, r) : two_state_correct(p, k);
-}
-
 /* Starts at the first measured level, without bias. */
-static Axis kalman_axis_init(Kalman params, double level)
+static Axis kalman_axis_init(double params_p_angle, double params_p_bias, double level)
 {
-    return (Axis){level, 0.0, 0.0, params.p_angle, 0.0, params.p_bias, 0.0, 0.0, 0.0};
+    const Axis found = {level, 0.0, 0.0, params_p_angle, 0.0, params_p_bias, 0.0, 0.0, 0.0};
+    return found;
 }
 
 /* One sample of a level and its rate, in the unit of the parameters; the innovation is taken on the circle. */
-static Axis kalman_axis_step(Kalman params, Axis axis, double level, double rate, double dt, double period)
+static Axis kalman_axis_step(double params_q_angle, double params_q_bias, double params_r_measure,
+    bool params_q_per_sample, bool params_joseph, double axis_level, double axis_bias, double axis_p_level,
+    double axis_p_cross, double axis_p_bias, double level, double rate, double dt, double period)
 {
-    const Noise w = kalman_noise(params, dt, 1.0);
-    const double free = rate - axis.bias;
-    const double ahead = angle_wrap(axis.level + dt * free, period);
-    Covariance p = two_state_predict((Covariance){axis.p_level, axis.p_cross, axis.p_bias}, dt, w.level,
-        w.bias);
-    const Gain k = kalman_gain(p, w.measurement);
-    const double innovation = angle_wrap(level - ahead, period);
-    p = kalman_correct_covariance(p, k, w.measurement, params.joseph);
-    return (Axis){angle_wrap(ahead + k.level * innovation, period), free, axis.bias + k.bias * innovation,
-        p.level, p.cross, p.bias, k.level, k.bias, innovation};
+    const double dt_2 = params_q_per_sample ? 1.0 : dt;
+    const double free = rate - axis_bias;
+    const double number = axis_level + dt * free;
+    /* angle.wrap: The angle brought to [−period/2, period/2); untouched, to the bit, when it is there already. */
+    const bool number_2 = period > 0.0;
+    const double number_3 = -0.5 * period;
+    const double number_4 = 0.5 * period;
+    double ahead;
+    if (number_2 && !(number_3 <= number && number < number_4)) {
+        const double turns = number / period + 0.5;
+        const double whole = turns + TRIG_ROUND - TRIG_ROUND;
+        ahead = number - period * (whole > turns ? whole - 1.0 : whole);
+    } else {
+        ahead = number;
+    }
+    /* two_state.predict: Eq. 1 with Q = diag(q_level, q_bias). */
+    const double number_5 = dt * axis_p_bias;
+    const double level_2 = axis_p_level + dt * (number_5 - 2.0 * axis_p_cross) + params_q_angle * dt_2;
+    const double cross = axis_p_cross - number_5;
+    const double bias = axis_p_bias + params_q_bias * dt_2;
+    /* kalman.gain: Eq. 2. */
+    const double s = level_2 + params_r_measure;
+    const double a = level_2 / s;
+    const double b = cross / s;
+    const double number_6 = level - ahead;
+    double innovation;
+    if (number_2 && !(number_3 <= number_6 && number_6 < number_4)) {
+        /* angle.wrap: The angle brought to [−period/2, period/2); untouched, to the bit, when it is there already. */
+        const double turns_2 = number_6 / period + 0.5;
+        const double whole_2 = turns_2 + TRIG_ROUND - TRIG_ROUND;
+        innovation = number_6 - period * (whole_2 > turns_2 ? whole_2 - 1.0 : whole_2);
+    } else {
+        innovation = number_6;
+    }
+    double number_7;
+    double number_8;
+    double number_9;
+    if (params_joseph) {
+        /* two_state.joseph: Eq. 2, right. */
+        const double rest = 1.0 - a;
+        number_7 = rest * rest * level_2 + a * a * params_r_measure;
+        number_8 = rest * (cross - b * level_2) + a * b * params_r_measure;
+        number_9 = bias - 2.0 * b * cross + b * b * s;
+    } else {
+        number_7 = level_2 - a * level_2;
+        number_8 = cross - a * cross;
+        number_9 = bias - b * cross;
+    }
+    const double number_10 = ahead + a * innovation;
+    double number_11;
+    if (number_2 && !(number_3 <= number_10 && number_10 < number_4)) {
+        /* angle.wrap: The angle brought to [−period/2, period/2); untouched, to the bit, when it is there already. */
+        const double turns_3 = number_10 / period + 0.5;
+        const double whole_3 = turns_3 + TRIG_ROUND - TRIG_ROUND;
+        number_11 = number_10 - period * (whole_3 > turns_3 ? whole_3 - 1.0 : whole_3);
+    } else {
+        number_11 = number_10;
+    }
+    const Axis found = {number_11, free, axis_bias + b * innovation, number_7, number_8, number_9, a, b,
+        innovation};
+    return found;
 }
 
 /* All there is to tell. */
-static Axis kalman_axis_read(Axis axis)
+static Axis kalman_axis_read(double axis_level, double axis_rate, double axis_bias, double axis_p_level,
+    double axis_p_cross, double axis_p_bias, double axis_gain_level, double axis_gain_bias,
+    double axis_innovation)
 {
-    return axis;
+    const Axis found = {axis_level, axis_rate, axis_bias, axis_p_level, axis_p_cross, axis_p_bias,
+        axis_gain_level, axis_gain_bias, axis_innovation};
+    return found;
 }
 
 /* ---- What lh_kalman_axis.h offers */
-
-/* What has to be kept from sample to sample. */
-static void keep(lh_kalman_axis *filter, const Axis *state)
-{
-    filter->level = state->level;
-    filter->bias = state->bias;
-    filter->p_level = state->p_level;
-    filter->p_cross = state->p_cross;
-    filter->p_bias = state->p_bias;
-}
 
 void lh_kalman_axis_init(lh_kalman_axis *filter, double level)
 {
@@ -243,8 +194,12 @@ void lh_kalman_axis_init(lh_kalman_axis *filter, double level)
 
 void lh_kalman_axis_reset(lh_kalman_axis *filter, double level)
 {
-    const Axis state = kalman_axis_init(filter->params, level);
-    keep(filter, &state);
+    const Axis state = kalman_axis_init(filter->params.p_angle, filter->params.p_bias, level);
+    filter->level = state.level;
+    filter->bias = state.bias;
+    filter->p_level = state.p_level;
+    filter->p_cross = state.p_cross;
+    filter->p_bias = state.p_bias;
 }
 
 bool lh_kalman_axis_update(lh_kalman_axis *filter, double level, double rate, double dt, double period,
@@ -254,12 +209,16 @@ bool lh_kalman_axis_update(lh_kalman_axis *filter, double level, double rate, do
     if (!(0.0 < dt && dt < 1e9 && finite == 0.0)) {
         return false;
     }
-    const Axis before = {filter->level, 0.0, filter->bias, filter->p_level, filter->p_cross, filter->p_bias,
-        0.0, 0.0, 0.0};
-    const Axis state = kalman_axis_step(filter->params, before, level, rate, dt, period);
-    keep(filter, &state);
+    const Axis state = kalman_axis_step(filter->params.q_angle, filter->params.q_bias,
+        filter->params.r_measure, filter->params.q_per_sample, filter->params.joseph, filter->level,
+        filter->bias, filter->p_level, filter->p_cross, filter->p_bias, level, rate, dt, period);
+    filter->level = state.level;
+    filter->bias = state.bias;
+    filter->p_level = state.p_level;
+    filter->p_cross = state.p_cross;
+    filter->p_bias = state.p_bias;
     if (report) {
-        *report = kalman_axis_read(state);
+        *report = kalman_axis_read(state.level, state.rate, state.bias, state.p_level, state.p_cross, state.p_bias, state.gain_level, state.gain_bias, state.innovation);
     }
     return true;
 }

@@ -846,26 +846,33 @@ static LH_CALLED SinCos trig_sincos(float x)
  */
 
 /* One sample: the gate, then the filter's step. */
-static LH_CALLED void driver_step_gated(const Settings *settings, ConditionedSample *sample, FilterRun *run,
-    float acc_x, float acc_y, float acc_z)
+static LH_CALLED void driver_step_gated(const Settings *settings, const ConditionedSample *sample,
+    FilterRun *run, float acc_x, float acc_y, float acc_z)
 {
-    const float bias_x = run->state.bias.x;
-    const float bias_y = run->state.bias.y;
-    const float bias_z = run->state.bias.z;
-    if (!sample->rate_unknown) {
-        run->state.bias.x = sample->gyr.x - run->guard.rest.bias.x;
-        run->state.bias.y = sample->gyr.y - run->guard.rest.bias.y;
-        run->state.bias.z = sample->gyr.z - run->guard.rest.bias.z;
+    float bias_x;
+    float bias_y;
+    float bias_z;
+    if (sample->rate_unknown) {
+        bias_x = run->state.bias.x;
+        bias_y = run->state.bias.y;
+        bias_z = run->state.bias.z;
+    } else {
+        bias_x = sample->gyr.x - run->guard.rest.bias.x;
+        bias_y = sample->gyr.y - run->guard.rest.bias.y;
+        bias_z = sample->gyr.z - run->guard.rest.bias.z;
     }
-    const int32_t number = run->guard.rest.time > 0.0f
+    const int32_t at = run->guard.rest.time > 0.0f
         && run->guard.rest.time + ELAPSED_SLACK * REST_INTERVAL >= settings->guard.rest_time ? 2048 : 0;
     /* tilt.is_present: Whether a sensor is there: an absent one is the zero vector, and so is what is too
      * short to have a direction.
      */
-    const float number_2 = sample->mag.x * sample->mag.x + sample->mag.y * sample->mag.y
+    const float number = sample->mag.x * sample->mag.x + sample->mag.y * sample->mag.y
         + sample->mag.z * sample->mag.z;
+    float mag_x;
+    float mag_y;
+    float mag_z;
     int32_t health;
-    if (number_2 > TILT_NO_LENGTH) {
+    if (number > TILT_NO_LENGTH) {
         /* quat.up: The earth's vertical in the sensor frame: (−sin θ, sin φ cos θ, cos φ cos θ) with roll φ and pitch θ.
          */
         const float x = 2.0f * (run->state.quat.x * run->state.quat.z
@@ -876,13 +883,12 @@ static LH_CALLED void driver_step_gated(const Settings *settings, ConditionedSam
             * (run->state.quat.x * run->state.quat.x + run->state.quat.y * run->state.quat.y);
         /* field.update_field: The reference after a reading (µT); rejected > 0: the reading is not of the earth's field.
          */
-        const float n = sqrtf(number_2);
-        const float number_3 = (x + sample->dt * (y * run->state.bias.z - z * run->state.bias.y))
-            * sample->mag.x + (y + sample->dt * (z * run->state.bias.x - x * run->state.bias.z))
-            * sample->mag.y + (z + sample->dt * (x * run->state.bias.y - y * run->state.bias.x))
-            * sample->mag.z;
-        const float d = number_3 * (1.0f / n);
-        float number_4;
+        const float n = sqrtf(number);
+        const float number_2 = (x + sample->dt * (y * bias_z - z * bias_y)) * sample->mag.x
+            + (y + sample->dt * (z * bias_x - x * bias_z)) * sample->mag.y
+            + (z + sample->dt * (x * bias_y - y * bias_x)) * sample->mag.z;
+        const float d = number_2 * (1.0f / n);
+        float number_3;
         if (run->guard.field.age == 0.0f
             || (run->guard.field.rejected > 0.0f
             && run->guard.field.rejected
@@ -890,45 +896,57 @@ static LH_CALLED void driver_step_gated(const Settings *settings, ConditionedSam
             run->guard.field.norm = n;
             run->guard.field.dip = d;
             run->guard.field.age = sample->dt;
-            number_4 = 0.0f;
+            number_3 = 0.0f;
         } else {
-            const float number_5 = n - run->guard.field.norm;
-            const float number_6 = d - run->guard.field.dip;
-            float number_7;
-            if (fabsf(number_5) > settings->guard.mag_gate * run->guard.field.norm
-                || fabsf(number_6) > settings->guard.mag_angle * UNITS_DEGREE) {
-                number_7 = run->guard.field.rejected + sample->dt;
+            const float number_4 = n - run->guard.field.norm;
+            const float number_5 = d - run->guard.field.dip;
+            float number_6;
+            if (fabsf(number_4) > settings->guard.mag_gate * run->guard.field.norm
+                || fabsf(number_5) > settings->guard.mag_angle * UNITS_DEGREE) {
+                number_6 = run->guard.field.rejected + sample->dt;
             } else {
                 /* lowpass.lowpass_weight: The weight of a new sample in a first-order low-pass of time
                  * constant tau: dt/(min(τ, age) + dt).
                  */
                 const float weight = sample->dt
                     / (lh_min(FIELD_FIELD_TIME, run->guard.field.age) + sample->dt);
-                run->guard.field.norm = run->guard.field.norm + weight * number_5;
-                run->guard.field.dip = run->guard.field.dip + weight * number_6;
+                run->guard.field.norm = run->guard.field.norm + weight * number_4;
+                run->guard.field.dip = run->guard.field.dip + weight * number_5;
                 run->guard.field.age = lh_min(run->guard.field.age + sample->dt, FIELD_FIELD_TIME);
-                number_7 = 0.0f;
+                number_6 = 0.0f;
             }
-            number_4 = number_7;
+            number_3 = number_6;
         }
+        float mag_x_2;
+        float mag_y_2;
+        float mag_z_2;
         int32_t health_2;
-        if (number_4 > 0.0f) {
-            sample->mag.x = 0.0f;
-            sample->mag.y = 0.0f;
-            sample->mag.z = 0.0f;
-            health_2 = number | 1024;
+        if (number_3 > 0.0f) {
+            mag_x_2 = 0.0f;
+            mag_y_2 = 0.0f;
+            mag_z_2 = 0.0f;
+            health_2 = at | 1024;
         } else {
-            health_2 = run->guard.field.age <= sample->dt ? number | 4096 : number;
+            mag_x_2 = sample->mag.x;
+            mag_y_2 = sample->mag.y;
+            mag_z_2 = sample->mag.z;
+            health_2 = run->guard.field.age <= sample->dt ? at | 4096 : at;
         }
-        run->guard.field.rejected = number_4;
+        run->guard.field.rejected = number_3;
+        mag_x = mag_x_2;
+        mag_y = mag_y_2;
+        mag_z = mag_z_2;
         health = health_2;
     } else {
-        health = number;
+        mag_x = sample->mag.x;
+        mag_y = sample->mag.y;
+        mag_z = sample->mag.z;
+        health = at;
     }
     /* direction_filter.integrate: The attitude after dt seconds at the rate gyr (rad/s) without the bias. */
-    const float x_2 = (run->state.bias.x - bias_x) * sample->dt;
-    const float y_2 = (run->state.bias.y - bias_y) * sample->dt;
-    const float z_2 = (run->state.bias.z - bias_z) * sample->dt;
+    const float x_2 = (bias_x - run->state.bias.x) * sample->dt;
+    const float y_2 = (bias_y - run->state.bias.y) * sample->dt;
+    const float z_2 = (bias_z - run->state.bias.z) * sample->dt;
     /* vector_error.rotate: q ⊗ exp(v) with v = (x, y, z) rad, of unit length to rounding; correct keeps the
      * rounding from piling up.
      */
@@ -955,16 +973,16 @@ static LH_CALLED void driver_step_gated(const Settings *settings, ConditionedSam
             c = sincos_2.cos;
         }
         /* quat.exp: The quaternion of a rotation vector (axis times angle, rad): (cos |v|/2, sin(|v|/2)/|v| · v). */
-        const float number_8 = x_2 * s;
-        const float number_9 = y_2 * s;
-        const float number_10 = z_2 * s;
-        w = run->state.quat.w * c - run->state.quat.x * number_8 - run->state.quat.y * number_9
-            - run->state.quat.z * number_10;
-        x_3 = run->state.quat.w * number_8 + run->state.quat.x * c + run->state.quat.y * number_10
+        const float number_7 = x_2 * s;
+        const float number_8 = y_2 * s;
+        const float number_9 = z_2 * s;
+        w = run->state.quat.w * c - run->state.quat.x * number_7 - run->state.quat.y * number_8
             - run->state.quat.z * number_9;
-        y_3 = run->state.quat.w * number_9 - run->state.quat.x * number_10 + run->state.quat.y * c
-            + run->state.quat.z * number_8;
-        z_3 = run->state.quat.w * number_10 + run->state.quat.x * number_9 - run->state.quat.y * number_8
+        x_3 = run->state.quat.w * number_7 + run->state.quat.x * c + run->state.quat.y * number_9
+            - run->state.quat.z * number_8;
+        y_3 = run->state.quat.w * number_8 - run->state.quat.x * number_9 + run->state.quat.y * c
+            + run->state.quat.z * number_7;
+        z_3 = run->state.quat.w * number_9 + run->state.quat.x * number_8 - run->state.quat.y * number_7
             + run->state.quat.z * c;
     } else {
         const float s_2 = 0.5f - square * (1.0f / 12.0f)
@@ -1016,60 +1034,59 @@ static LH_CALLED void driver_step_gated(const Settings *settings, ConditionedSam
         /* vector_error.obtuse_error: direction_error beyond a right angle: the cross product (x, y, z) at length one.
          */
         const float n_3 = sqrtf(x_5 * x_5 + y_5 * y_5 + z_5 * z_5);
+        float number_10;
         float number_11;
         float number_12;
-        float number_13;
         if (n_3 < VECTOR_ERROR_NO_AXIS) {
+            float number_13;
             float number_14;
             float number_15;
-            float number_16;
             if (fabsf(ex) < 0.8f) {
                 /* vector_error.perpendicular: A unit vector perpendicular to the unit vector v. */
                 const float n_4 = sqrtf(ey * ey + ez * ez);
-                number_14 = 0.0f;
-                number_15 = ez / n_4;
-                number_16 = -ey / n_4;
+                number_13 = 0.0f;
+                number_14 = ez / n_4;
+                number_15 = -ey / n_4;
             } else {
                 /* vector_error.perpendicular: A unit vector perpendicular to the unit vector v. */
                 const float n_5 = sqrtf(ex * ex + ey * ey);
-                number_14 = ey / n_5;
-                number_15 = -ex / n_5;
-                number_16 = 0.0f;
+                number_13 = ey / n_5;
+                number_14 = -ex / n_5;
+                number_15 = 0.0f;
             }
+            number_10 = number_13;
             number_11 = number_14;
             number_12 = number_15;
-            number_13 = number_16;
         } else {
-            number_11 = x_5 / n_3;
-            number_12 = y_5 / n_3;
-            number_13 = z_5 / n_3;
+            number_10 = x_5 / n_3;
+            number_11 = y_5 / n_3;
+            number_12 = z_5 / n_3;
         }
-        x_6 = number_11;
-        y_6 = number_12;
-        z_6 = number_13;
+        x_6 = number_10;
+        y_6 = number_11;
+        z_6 = number_12;
     } else {
         x_6 = x_5;
         y_6 = y_5;
         z_6 = z_5;
     }
     /* mahony.step: Eqs. 1 to 5. */
-    const float number_17 = 1.0f / settings->filter.kp;
+    const float number_16 = 1.0f / settings->filter.kp;
     /* lowpass.lowpass_weight: The weight of a new sample in a first-order low-pass of time constant tau:
      * dt/(min(τ, age) + dt).
      */
-    const float kt = sample->dt / (lh_min(number_17, age) + sample->dt);
+    const float kt = sample->dt / (lh_min(number_16, age) + sample->dt);
     /* tilt.is_present: Whether a sensor is there: an absent one is the zero vector, and so is what is too
      * short to have a direction.
      */
-    const float number_18 = sample->mag.x * sample->mag.x + sample->mag.y * sample->mag.y
-        + sample->mag.z * sample->mag.z;
+    const float number_17 = mag_x * mag_x + mag_y * mag_y + mag_z * mag_z;
     float x_7;
     float y_7;
     float z_7;
     float x_8;
     float y_8;
     float z_8;
-    if (number_18 > TILT_NO_LENGTH) {
+    if (number_17 > TILT_NO_LENGTH) {
         float kt_2;
         float x_9;
         float y_9;
@@ -1079,15 +1096,15 @@ static LH_CALLED void driver_step_gated(const Settings *settings, ConditionedSam
             /* vec3.normalize: a/|a|; the zero vector (an absent sensor), and what is too short to have a
              * direction, gives the zero vector.
              */
-            const float n_6 = sqrtf(number_18);
+            const float n_6 = sqrtf(number_17);
             float vx;
             float vy;
             float vz;
             if (n_6 > VEC3_SHORTEST) {
                 const float one_2 = 1.0f / n_6;
-                vx = sample->mag.x * one_2;
-                vy = sample->mag.y * one_2;
-                vz = sample->mag.z * one_2;
+                vx = mag_x * one_2;
+                vy = mag_y * one_2;
+                vz = mag_z * one_2;
             } else {
                 vx = 0.0f;
                 vy = 0.0f;
@@ -1101,12 +1118,12 @@ static LH_CALLED void driver_step_gated(const Settings *settings, ConditionedSam
             const float tx = 2.0f * (y_3 * vz - z_3 * vy);
             const float ty = 2.0f * (z_3 * vx - x_3 * vz);
             const float tz = 2.0f * (x_3 * vy - y_3 * vx);
-            const float number_19 = vx + w * tx + y_3 * tz - z_3 * ty;
-            const float number_20 = vy + w * ty + z_3 * tx - x_3 * tz;
+            const float number_18 = vx + w * tx + y_3 * tz - z_3 * ty;
+            const float number_19 = vy + w * ty + z_3 * tx - x_3 * tz;
             const float vz_2 = vz + w * tz + x_3 * ty - y_3 * tx;
             /* vector_error.reference: The unit field in the earth frame if the attitude is right: its own dip, and north.
              */
-            const float vy_2 = sqrtf(number_19 * number_19 + number_20 * number_20);
+            const float vy_2 = sqrtf(number_18 * number_18 + number_19 * number_19);
             /* quat.rotate: q v q*: a sensor-frame vector seen in the earth frame. */
             const float tx_2 = 2.0f * (y_10 * vz_2 - z_10 * vy_2);
             const float ty_2 = 2.0f * (z_10 * 0.0f - x_10 * vz_2);
@@ -1125,37 +1142,37 @@ static LH_CALLED void driver_step_gated(const Settings *settings, ConditionedSam
                 /* vector_error.obtuse_error: direction_error beyond a right angle: the cross product (x, y, z) at length one.
                  */
                 const float n_7 = sqrtf(x_11 * x_11 + y_11 * y_11 + z_11 * z_11);
+                float number_20;
                 float number_21;
                 float number_22;
-                float number_23;
                 if (n_7 < VECTOR_ERROR_NO_AXIS) {
+                    float number_23;
                     float number_24;
                     float number_25;
-                    float number_26;
                     if (fabsf(ex_2) < 0.8f) {
                         /* vector_error.perpendicular: A unit vector perpendicular to the unit vector v. */
                         const float n_8 = sqrtf(ey_2 * ey_2 + ez_2 * ez_2);
-                        number_24 = 0.0f;
-                        number_25 = ez_2 / n_8;
-                        number_26 = -ey_2 / n_8;
+                        number_23 = 0.0f;
+                        number_24 = ez_2 / n_8;
+                        number_25 = -ey_2 / n_8;
                     } else {
                         /* vector_error.perpendicular: A unit vector perpendicular to the unit vector v. */
                         const float n_9 = sqrtf(ex_2 * ex_2 + ey_2 * ey_2);
-                        number_24 = ey_2 / n_9;
-                        number_25 = -ex_2 / n_9;
-                        number_26 = 0.0f;
+                        number_23 = ey_2 / n_9;
+                        number_24 = -ex_2 / n_9;
+                        number_25 = 0.0f;
                     }
+                    number_20 = number_23;
                     number_21 = number_24;
                     number_22 = number_25;
-                    number_23 = number_26;
                 } else {
-                    number_21 = x_11 / n_7;
-                    number_22 = y_11 / n_7;
-                    number_23 = z_11 / n_7;
+                    number_20 = x_11 / n_7;
+                    number_21 = y_11 / n_7;
+                    number_22 = z_11 / n_7;
                 }
-                x_12 = number_21;
-                y_12 = number_22;
-                z_12 = number_23;
+                x_12 = number_20;
+                y_12 = number_21;
+                z_12 = number_22;
             } else {
                 x_12 = x_11;
                 y_12 = y_11;
@@ -1172,19 +1189,19 @@ static LH_CALLED void driver_step_gated(const Settings *settings, ConditionedSam
             /* vector_error.heading_error: The error of heading: up times the sine of the angle between the
              * field's horizontal part and north.
              */
-            const float tx_3 = 2.0f * (y_3 * sample->mag.z - z_3 * sample->mag.y);
-            const float ty_3 = 2.0f * (z_3 * sample->mag.x - x_3 * sample->mag.z);
-            const float tz_3 = 2.0f * (x_3 * sample->mag.y - y_3 * sample->mag.x);
-            const float east = sample->mag.x + w * tx_3 + (y_3 * tz_3 - z_3 * ty_3);
-            const float north = sample->mag.y + w * ty_3 + (z_3 * tx_3 - x_3 * tz_3);
+            const float tx_3 = 2.0f * (y_3 * mag_z - z_3 * mag_y);
+            const float ty_3 = 2.0f * (z_3 * mag_x - x_3 * mag_z);
+            const float tz_3 = 2.0f * (x_3 * mag_y - y_3 * mag_x);
+            const float east = mag_x + w * tx_3 + (y_3 * tz_3 - z_3 * ty_3);
+            const float north = mag_y + w * ty_3 + (z_3 * tx_3 - x_3 * tz_3);
             const float square_2 = east * east + north * north;
+            float number_26;
             float number_27;
             float number_28;
-            float number_29;
             if (square_2 < VEC3_SHORTEST) {
+                number_26 = 0.0f;
                 number_27 = 0.0f;
                 number_28 = 0.0f;
-                number_29 = 0.0f;
             } else {
                 float sine;
                 if (north < 0.0f) {
@@ -1192,14 +1209,14 @@ static LH_CALLED void driver_step_gated(const Settings *settings, ConditionedSam
                 } else {
                     sine = east / sqrtf(square_2);
                 }
-                number_27 = sine * ex;
-                number_28 = sine * ey;
-                number_29 = sine * ez;
+                number_26 = sine * ex;
+                number_27 = sine * ey;
+                number_28 = sine * ez;
             }
             kt_2 = kt;
-            x_9 = number_27;
-            y_9 = number_28;
-            z_9 = number_29;
+            x_9 = number_26;
+            y_9 = number_27;
+            z_9 = number_28;
             kh = sample->dt / (lh_min(1.0f / (settings->filter.kp * settings->filter.k_mag), age)
                 + sample->dt);
         }
@@ -1233,28 +1250,28 @@ static LH_CALLED void driver_step_gated(const Settings *settings, ConditionedSam
     const float step = settings->filter.ki * sample->dt;
     /* elapsed.has_elapsed: Whether time (s), a sum of intervals of which the last was dt (s), has reached length (s).
      */
-    const float number_30 = age + ELAPSED_SLACK * sample->dt;
+    const float number_29 = age + ELAPSED_SLACK * sample->dt;
     /* mahony.update_bias: Eq. 3, bounded by (6); each vector waits until its K is steady. */
-    const float number_31 = settings->filter.kp * settings->filter.kp;
-    const float number_32 = limit * limit;
+    const float number_30 = settings->filter.kp * settings->filter.kp;
+    const float number_31 = limit * limit;
     float x_14;
     float y_14;
     float z_14;
-    if (number_30 >= number_17 && number_31 * (x_6 * x_6 + y_6 * y_6 + z_6 * z_6) < number_32) {
-        x_14 = bias_x - step * x_6;
-        y_14 = bias_y - step * y_6;
-        z_14 = bias_z - step * z_6;
+    if (number_29 >= number_16 && number_30 * (x_6 * x_6 + y_6 * y_6 + z_6 * z_6) < number_31) {
+        x_14 = run->state.bias.x - step * x_6;
+        y_14 = run->state.bias.y - step * y_6;
+        z_14 = run->state.bias.z - step * z_6;
     } else {
-        x_14 = bias_x;
-        y_14 = bias_y;
-        z_14 = bias_z;
+        x_14 = run->state.bias.x;
+        y_14 = run->state.bias.y;
+        z_14 = run->state.bias.z;
     }
     float x_15;
     float y_15;
     float z_15;
-    if (number_30 >= 1.0f / (settings->filter.kp * settings->filter.k_mag)
-        && number_31 * settings->filter.k_mag * settings->filter.k_mag
-        * (x_7 * x_7 + y_7 * y_7 + z_7 * z_7) < number_32) {
+    if (number_29 >= 1.0f / (settings->filter.kp * settings->filter.k_mag)
+        && number_30 * settings->filter.k_mag * settings->filter.k_mag
+        * (x_7 * x_7 + y_7 * y_7 + z_7 * z_7) < number_31) {
         const float step_2 = step * settings->filter.k_mag;
         x_15 = x_14 - step_2 * x_7;
         y_15 = y_14 - step_2 * y_7;
@@ -1264,29 +1281,33 @@ static LH_CALLED void driver_step_gated(const Settings *settings, ConditionedSam
         y_15 = y_14;
         z_15 = z_14;
     }
-    const float number_33 = -limit;
+    const float number_32 = -limit;
     run->state.quat.w = nw * s_3;
     run->state.quat.x = nx * s_3;
     run->state.quat.y = ny * s_3;
     run->state.quat.z = nz * s_3;
-    run->state.bias.x = lh_max(number_33, lh_min(x_15, limit));
-    run->state.bias.y = lh_max(number_33, lh_min(y_15, limit));
-    run->state.bias.z = lh_max(number_33, lh_min(z_15, limit));
+    run->state.bias.x = lh_max(number_32, lh_min(x_15, limit));
+    run->state.bias.y = lh_max(number_32, lh_min(y_15, limit));
+    run->state.bias.z = lh_max(number_32, lh_min(z_15, limit));
     run->state.age = age;
     run->health = run->health | health;
 }
 
 /* A sample whose specific force has another norm than g, or follows such a sample. */
-static LH_CALLED void driver_step_accelerated(const Settings *settings, ConditionedSample *sample,
+static LH_CALLED void driver_step_accelerated(const Settings *settings, const ConditionedSample *sample,
     FilterRun *run)
 {
-    const float bias_x = run->state.bias.x;
-    const float bias_y = run->state.bias.y;
-    const float bias_z = run->state.bias.z;
-    if (!sample->rate_unknown) {
-        run->state.bias.x = sample->gyr.x - run->guard.rest.bias.x;
-        run->state.bias.y = sample->gyr.y - run->guard.rest.bias.y;
-        run->state.bias.z = sample->gyr.z - run->guard.rest.bias.z;
+    float bias_x;
+    float bias_y;
+    float bias_z;
+    if (sample->rate_unknown) {
+        bias_x = run->state.bias.x;
+        bias_y = run->state.bias.y;
+        bias_z = run->state.bias.z;
+    } else {
+        bias_x = sample->gyr.x - run->guard.rest.bias.x;
+        bias_y = sample->gyr.y - run->guard.rest.bias.y;
+        bias_z = sample->gyr.z - run->guard.rest.bias.z;
     }
     /* tilt.is_present: Whether a sensor is there: an absent one is the zero vector, and so is what is too
      * short to have a direction.
@@ -1310,10 +1331,9 @@ static LH_CALLED void driver_step_accelerated(const Settings *settings, Conditio
             /* guard.gate_force: For how long the specific force has not been gravity: its norm is far_from_g,
              * and its direction is more than acc_angle from the vertical that the filter predicts.
              */
-            const float number_4 = (x + sample->dt * (y * run->state.bias.z - z * run->state.bias.y))
-                * sample->acc.x + (y + sample->dt * (z * run->state.bias.x - x * run->state.bias.z))
-                * sample->acc.y + (z + sample->dt * (x * run->state.bias.y - y * run->state.bias.x))
-                * sample->acc.z;
+            const float number_4 = (x + sample->dt * (y * bias_z - z * bias_y)) * sample->acc.x
+                + (y + sample->dt * (z * bias_x - x * bias_z)) * sample->acc.y
+                + (z + sample->dt * (x * bias_y - y * bias_x)) * sample->acc.z;
             number_3 = number_4 < sqrtf(number)
                 * (1.0f - 0.5f * settings->guard.acc_angle * settings->guard.acc_angle
                 * (UNITS_DEGREE * UNITS_DEGREE)) ? run->guard.acc_rejected + sample->dt : 0.0f;
@@ -1322,15 +1342,9 @@ static LH_CALLED void driver_step_accelerated(const Settings *settings, Conditio
     }
     if (number_2 && (run->guard.acc_rejected > 0.0f
         && !(run->guard.acc_rejected + ELAPSED_SLACK * sample->dt >= settings->guard.acc_time))) {
-        run->state.bias.x = bias_x;
-        run->state.bias.y = bias_y;
-        run->state.bias.z = bias_z;
         run->health = sample->health | 512;
         driver_step_gated(settings, sample, run, 0.0f, 0.0f, 0.0f);
     } else {
-        run->state.bias.x = bias_x;
-        run->state.bias.y = bias_y;
-        run->state.bias.z = bias_z;
         run->health = sample->health;
         driver_step_gated(settings, sample, run, sample->acc.x, sample->acc.y, sample->acc.z);
     }
@@ -1365,6 +1379,9 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
     const float last_x = carry->sample.rate.last.x;
     const float last_y = carry->sample.rate.last.y;
     const float last_z = carry->sample.rate.last.z;
+    float last_x_2;
+    float last_y_2;
+    float last_z_2;
     float acc_x_2;
     float acc_y_2;
     float acc_z_2;
@@ -1372,10 +1389,17 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
     float mag_y_2;
     float mag_z_2;
     if (health != 0) {
-        if (!((health & 1) != 0)) {
-            carry->sample.rate.last.x = gyr_x;
-            carry->sample.rate.last.y = gyr_y;
-            carry->sample.rate.last.z = gyr_z;
+        float last_x_3;
+        float last_y_3;
+        float last_z_3;
+        if ((health & 1) != 0) {
+            last_x_3 = last_x;
+            last_y_3 = last_y;
+            last_z_3 = last_z;
+        } else {
+            last_x_3 = gyr_x;
+            last_y_3 = gyr_y;
+            last_z_3 = gyr_z;
         }
         float acc_x_3;
         float acc_y_3;
@@ -1401,6 +1425,9 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
             mag_y_3 = mag_y;
             mag_z_3 = mag_z;
         }
+        last_x_2 = last_x_3;
+        last_y_2 = last_y_3;
+        last_z_2 = last_z_3;
         acc_x_2 = acc_x_3;
         acc_y_2 = acc_y_3;
         acc_z_2 = acc_z_3;
@@ -1408,9 +1435,9 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
         mag_y_2 = mag_y_3;
         mag_z_2 = mag_z_3;
     } else {
-        carry->sample.rate.last.x = gyr_x;
-        carry->sample.rate.last.y = gyr_y;
-        carry->sample.rate.last.z = gyr_z;
+        last_x_2 = gyr_x;
+        last_y_2 = gyr_y;
+        last_z_2 = gyr_z;
         acc_x_2 = acc_x;
         acc_y_2 = acc_y;
         acc_z_2 = acc_z;
@@ -1418,9 +1445,6 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
         mag_y_2 = mag_y;
         mag_z_2 = mag_z;
     }
-    const float last_x_2 = carry->sample.rate.last.x;
-    const float last_y_2 = carry->sample.rate.last.y;
-    const float last_z_2 = carry->sample.rate.last.z;
     float dt_2;
     bool number_3;
     float time;
@@ -1435,15 +1459,15 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
     float number_9;
     float time_2;
     bool number_10;
-    float last_x_3;
-    float last_y_3;
-    float last_z_3;
+    float slope_x;
+    float slope_y;
+    float slope_z;
     float acc_x_4;
     float acc_y_4;
     float acc_z_4;
-    float last_x_4;
-    float last_y_4;
-    float last_z_4;
+    float slope_x_2;
+    float slope_y_2;
+    float slope_z_2;
     if (!carry->sample.started) {
         carry->sample.detected.means.pace = 0.0f;
         carry->sample.detected.gyr_extreme.up = 4.0f;
@@ -1465,44 +1489,14 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
         carry->sample.detected.gyr_repeat.axes = 0;
         carry->sample.detected.gyr_repeat.time = 0.0f;
         carry->sample.detected.gyr_repeat.step = 2e9f;
-        carry->sample.detected.acc_repeat.last.x = 0.0f;
-        carry->sample.detected.acc_repeat.last.y = 0.0f;
-        carry->sample.detected.acc_repeat.last.z = 0.0f;
         carry->sample.detected.acc_repeat.axes = 0;
         carry->sample.detected.acc_repeat.time = 0.0f;
         carry->sample.detected.acc_repeat.step = 2e9f;
         carry->sample.detected.jump.usual2 = 0.0f;
-        carry->sample.detected.jump.held.x = 0.0f;
-        carry->sample.detected.jump.held.y = 0.0f;
-        carry->sample.detected.jump.held.z = 0.0f;
         carry->sample.detected.jump.held_time = 0.0f;
-        carry->sample.detected.jump.returned.x = 0.0f;
-        carry->sample.detected.jump.returned.y = 0.0f;
-        carry->sample.detected.jump.returned.z = 0.0f;
         carry->sample.detected.jump.spikes = 0;
-        carry->sample.detected.jump.force.x = acc_x_2;
-        carry->sample.detected.jump.force.y = acc_y_2;
-        carry->sample.detected.jump.force.z = acc_z_2;
-        carry->sample.detected.noise.change.x = 0.0f;
-        carry->sample.detected.noise.change.y = 0.0f;
-        carry->sample.detected.noise.change.z = 0.0f;
-        carry->sample.detected.noise.share.x = 0.0f;
-        carry->sample.detected.noise.share.y = 0.0f;
-        carry->sample.detected.noise.share.z = 0.0f;
         carry->sample.detected.noise.time = 0.0f;
-        carry->sample.detected.noise.evidence.x = 0.0f;
-        carry->sample.detected.noise.evidence.y = 0.0f;
-        carry->sample.detected.noise.evidence.z = 0.0f;
-        carry->sample.rate.slope.x = 0.0f;
-        carry->sample.rate.slope.y = 0.0f;
-        carry->sample.rate.slope.z = 0.0f;
         carry->sample.rate.time = 0.0f;
-        carry->sample.force.last.x = acc_x_2;
-        carry->sample.force.last.y = acc_y_2;
-        carry->sample.force.last.z = acc_z_2;
-        carry->sample.force.slope.x = 0.0f;
-        carry->sample.force.slope.y = 0.0f;
-        carry->sample.force.slope.z = 0.0f;
         carry->sample.force.time = 0.0f;
         carry->sample.acc.x = acc_x_2;
         carry->sample.acc.y = acc_y_2;
@@ -1513,13 +1507,46 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
         carry->sample.health = health;
         driver_start(&carry->sample, &carry->run);
         carry->sample.dt = 0.0f;
+        carry->sample.detected.means.gyr.x = last_x_2;
+        carry->sample.detected.means.gyr.y = last_y_2;
+        carry->sample.detected.means.gyr.z = last_z_2;
+        carry->sample.detected.means.acc.x = acc_x_2;
+        carry->sample.detected.means.acc.y = acc_y_2;
+        carry->sample.detected.means.acc.z = acc_z_2;
+        carry->sample.detected.gyr_repeat.last.x = 0.0f;
+        carry->sample.detected.gyr_repeat.last.y = 0.0f;
+        carry->sample.detected.gyr_repeat.last.z = 0.0f;
+        carry->sample.detected.acc_repeat.last.x = 0.0f;
+        carry->sample.detected.acc_repeat.last.y = 0.0f;
+        carry->sample.detected.acc_repeat.last.z = 0.0f;
         carry->sample.detected.jump.rate.x = last_x_2;
         carry->sample.detected.jump.rate.y = last_y_2;
         carry->sample.detected.jump.rate.z = last_z_2;
+        carry->sample.detected.jump.held.x = 0.0f;
+        carry->sample.detected.jump.held.y = 0.0f;
+        carry->sample.detected.jump.held.z = 0.0f;
+        carry->sample.detected.jump.returned.x = 0.0f;
+        carry->sample.detected.jump.returned.y = 0.0f;
+        carry->sample.detected.jump.returned.z = 0.0f;
+        carry->sample.detected.jump.force.x = acc_x_2;
+        carry->sample.detected.jump.force.y = acc_y_2;
+        carry->sample.detected.jump.force.z = acc_z_2;
         carry->sample.detected.noise.last.x = 0.0f;
         carry->sample.detected.noise.last.y = 0.0f;
         carry->sample.detected.noise.last.z = 0.0f;
+        carry->sample.detected.noise.change.x = 0.0f;
+        carry->sample.detected.noise.change.y = 0.0f;
+        carry->sample.detected.noise.change.z = 0.0f;
+        carry->sample.detected.noise.share.x = 0.0f;
+        carry->sample.detected.noise.share.y = 0.0f;
+        carry->sample.detected.noise.share.z = 0.0f;
+        carry->sample.detected.noise.evidence.x = 0.0f;
+        carry->sample.detected.noise.evidence.y = 0.0f;
+        carry->sample.detected.noise.evidence.z = 0.0f;
         carry->sample.detected.far_from_g = false;
+        carry->sample.rate.last.x = last_x_2;
+        carry->sample.rate.last.y = last_y_2;
+        carry->sample.rate.last.z = last_z_2;
         dt_2 = 0.0f;
         number_3 = acc_x_2 * acc_x_2 + acc_y_2 * acc_y_2 + acc_z_2 * acc_z_2 > TILT_NO_LENGTH;
         time = 0.0f;
@@ -1534,37 +1561,40 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
         number_9 = 0.0f;
         time_2 = 0.0f;
         number_10 = false;
-        last_x_3 = last_x_2;
-        last_y_3 = last_y_2;
-        last_z_3 = last_z_2;
+        slope_x = 0.0f;
+        slope_y = 0.0f;
+        slope_z = 0.0f;
         acc_x_4 = acc_x_2;
         acc_y_4 = acc_y_2;
         acc_z_4 = acc_z_2;
-        last_x_4 = 0.0f;
-        last_y_4 = 0.0f;
-        last_z_4 = 0.0f;
+        slope_x_2 = 0.0f;
+        slope_y_2 = 0.0f;
+        slope_z_2 = 0.0f;
     } else {
         /* conditioning.condition: The next sample, conditioned; sample is the one before. */
-        const int32_t number_11 = health & 1;
-        const bool no_gyr = number_11 != 0;
+        const int32_t at = health & 1;
+        const bool no_gyr = at != 0;
         /* elapsed.has_elapsed: Whether time (s), a sum of intervals of which the last was dt (s), has reached length (s).
          */
-        const float number_12 = ELAPSED_SLACK * dt;
-        const bool rate_lost = no_gyr && carry->sample.rate_age + number_12 >= TILT_GAP_SECONDS;
+        const float number_11 = ELAPSED_SLACK * dt;
+        const bool rate_lost = no_gyr && carry->sample.rate_age + number_11 >= TILT_GAP_SECONDS;
         const float lost = carry->sample.interval > 0.0f
             && dt + ELAPSED_SLACK * carry->sample.interval >= 2.0f * carry->sample.interval
             ? dt - carry->sample.interval : 0.0f;
         /* conditioning.condition: The next sample, conditioned; sample is the one before. */
-        const bool number_13 = lost > 0.0f;
+        const bool number_12 = lost > 0.0f;
         /* detectors.detect: The detectors after one sample (rad/s, m/s², dt s). */
         const bool no_acc = (health & 2) != 0;
-        const bool number_14 = !no_gyr;
-        int32_t number_15;
-        if (number_14) {
-            const float number_16 = settings->guard.gyr_range * UNITS_DEGREE;
-            const bool plausible = number_13
-                || (number_16 > 0.0f && lh_max(lh_max(fabsf(last_x_2), fabsf(last_y_2)),
-                fabsf(last_z_2)) >= DETECTORS_PLATEAU * number_16);
+        const bool number_13 = !no_gyr;
+        float last_x_4;
+        float last_y_4;
+        float last_z_4;
+        int32_t at_2;
+        if (number_13) {
+            const float number_14 = settings->guard.gyr_range * UNITS_DEGREE;
+            const bool plausible = number_12
+                || (number_14 > 0.0f && lh_max(lh_max(fabsf(last_x_2), fabsf(last_y_2)),
+                fabsf(last_z_2)) >= DETECTORS_PLATEAU * number_14);
             const float force_x = carry->sample.detected.jump.force.x;
             const float force_y = carry->sample.detected.jump.force.y;
             const float force_z = carry->sample.detected.jump.force.z;
@@ -1574,220 +1604,232 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
                 carry->sample.detected.jump.force.z = acc_z_2;
             }
             /* vec3.sub: a − b */
-            const float number_17 = last_x_2 - carry->sample.detected.jump.rate.x;
-            const float number_18 = last_y_2 - carry->sample.detected.jump.rate.y;
-            const float number_19 = last_z_2 - carry->sample.detected.jump.rate.z;
+            const float number_15 = last_x_2 - carry->sample.detected.jump.rate.x;
+            const float number_16 = last_y_2 - carry->sample.detected.jump.rate.y;
+            const float number_17 = last_z_2 - carry->sample.detected.jump.rate.z;
             /* vec3.dot: a·b */
-            const float change2 = number_17 * number_17 + number_18 * number_18 + number_19 * number_19;
+            const float change2 = number_15 * number_15 + number_16 * number_16 + number_17 * number_17;
             /* vec3.sub: a − b */
-            const float number_20 = carry->sample.detected.jump.force.x - force_x;
-            const float number_21 = carry->sample.detected.jump.force.y - force_y;
-            const float number_22 = carry->sample.detected.jump.force.z - force_z;
+            const float number_18 = carry->sample.detected.jump.force.x - force_x;
+            const float number_19 = carry->sample.detected.jump.force.y - force_y;
+            const float number_20 = carry->sample.detected.jump.force.z - force_z;
             /* vec3.dot: a·b */
-            const float force2 = number_20 * number_20 + number_21 * number_21 + number_22 * number_22;
+            const float force2 = number_18 * number_18 + number_19 * number_19 + number_20 * number_20;
+            float number_21;
+            float number_22;
             float number_23;
+            float dt_3;
             float number_24;
             float number_25;
-            float dt_3;
             float number_26;
-            float number_27;
-            float number_28;
             int32_t spikes;
             if (carry->sample.detected.jump.held_time > 0.0f) {
                 const float held2 = carry->sample.detected.jump.held.x * carry->sample.detected.jump.held.x
                     + carry->sample.detected.jump.held.y * carry->sample.detected.jump.held.y
                     + carry->sample.detected.jump.held.z * carry->sample.detected.jump.held.z;
                 /* vec3.sub: a − b */
-                const float number_29 = number_17 - carry->sample.detected.jump.held.x;
-                const float number_30 = number_18 - carry->sample.detected.jump.held.y;
-                const float number_31 = number_19 - carry->sample.detected.jump.held.z;
+                const float number_27 = number_15 - carry->sample.detected.jump.held.x;
+                const float number_28 = number_16 - carry->sample.detected.jump.held.y;
+                const float number_29 = number_17 - carry->sample.detected.jump.held.z;
                 /* rate_jump.is_felt: Eq. 1: whether the accelerometer feels a change of the rate, from both
                  * changes squared ((rad/s)², (m/s²)²).
                  */
-                const float number_32 = force2 * dt * dt;
-                const float number_33 = RATE_JUMP_LEVER * RATE_JUMP_LEVER;
+                const float number_30 = force2 * dt * dt;
+                const float number_31 = RATE_JUMP_LEVER * RATE_JUMP_LEVER;
+                float number_32;
+                float number_33;
                 float number_34;
+                float dt_4;
                 float number_35;
                 float number_36;
-                float dt_4;
                 float number_37;
-                float number_38;
-                float number_39;
                 int32_t spikes_2;
-                if (number_29 * number_29 + number_30 * number_30 + number_31 * number_31 < change2
-                    || number_32 > number_33 * held2) {
+                if (number_27 * number_27 + number_28 * number_28 + number_29 * number_29 < change2
+                    || number_30 > number_31 * held2) {
                     /* rate_jump.update_jump: After a rate (rad/s) and a specific force (m/s²) that stand for dt seconds.
                      */
-                    const float number_40 = lh_min(carry->sample.detected.jump.held_time,
+                    const float number_38 = lh_min(carry->sample.detected.jump.held_time,
                         RATE_JUMP_MOST_RETURN * dt) / dt;
                     carry->sample.detected.jump.usual2 = lh_max(held2, carry->sample.detected.jump.usual2);
+                    carry->sample.detected.jump.rate.x = last_x_2;
+                    carry->sample.detected.jump.rate.y = last_y_2;
+                    carry->sample.detected.jump.rate.z = last_z_2;
+                    number_32 = 0.0f;
+                    number_33 = 0.0f;
                     number_34 = 0.0f;
-                    number_35 = 0.0f;
-                    number_36 = 0.0f;
                     dt_4 = 0.0f;
-                    number_37 = carry->sample.detected.jump.held.x * number_40;
-                    number_38 = carry->sample.detected.jump.held.y * number_40;
-                    number_39 = carry->sample.detected.jump.held.z * number_40;
+                    number_35 = carry->sample.detected.jump.held.x * number_38;
+                    number_36 = carry->sample.detected.jump.held.y * number_38;
+                    number_37 = carry->sample.detected.jump.held.z * number_38;
                     spikes_2 = 0;
                 } else {
                     /* rate_jump.update_jump: After a rate (rad/s) and a specific force (m/s²) that stand for dt seconds.
                      */
                     const int32_t spikes_3 = carry->sample.detected.jump.spikes + 1;
+                    float number_39;
+                    float number_40;
                     float number_41;
-                    float number_42;
-                    float number_43;
                     float dt_5;
                     if (!plausible && spikes_3 < 3
                         && (change2 > RATE_JUMP_JUMP * RATE_JUMP_JUMP * carry->sample.detected.jump.usual2
                         && change2 * dt * dt > RATE_JUMP_JUMP_ANGLE * RATE_JUMP_JUMP_ANGLE)
-                        && !(number_32 > number_33 * change2)) {
+                        && !(number_30 > number_31 * change2)) {
+                        number_39 = number_15;
+                        number_40 = number_16;
                         number_41 = number_17;
-                        number_42 = number_18;
-                        number_43 = number_19;
                         dt_5 = dt;
                     } else {
-                        carry->sample.detected.jump.rate.x = last_x_2;
-                        carry->sample.detected.jump.rate.y = last_y_2;
-                        carry->sample.detected.jump.rate.z = last_z_2;
                         carry->sample.detected.jump.usual2 = lh_max(change2,
                             carry->sample.detected.jump.usual2 * RATE_JUMP_USUAL_TIME
                             / (RATE_JUMP_USUAL_TIME + 2.0f * dt));
+                        carry->sample.detected.jump.rate.x = last_x_2;
+                        carry->sample.detected.jump.rate.y = last_y_2;
+                        carry->sample.detected.jump.rate.z = last_z_2;
+                        number_39 = 0.0f;
+                        number_40 = 0.0f;
                         number_41 = 0.0f;
-                        number_42 = 0.0f;
-                        number_43 = 0.0f;
                         dt_5 = 0.0f;
                     }
-                    carry->sample.rate.last.x = carry->sample.detected.jump.rate.x;
-                    carry->sample.rate.last.y = carry->sample.detected.jump.rate.y;
-                    carry->sample.rate.last.z = carry->sample.detected.jump.rate.z;
+                    number_32 = number_39;
+                    number_33 = number_40;
                     number_34 = number_41;
-                    number_35 = number_42;
-                    number_36 = number_43;
                     dt_4 = dt_5;
+                    number_35 = 0.0f;
+                    number_36 = 0.0f;
                     number_37 = 0.0f;
-                    number_38 = 0.0f;
-                    number_39 = 0.0f;
                     spikes_2 = spikes_3;
                 }
+                number_21 = number_32;
+                number_22 = number_33;
                 number_23 = number_34;
+                dt_3 = dt_4;
                 number_24 = number_35;
                 number_25 = number_36;
-                dt_3 = dt_4;
                 number_26 = number_37;
-                number_27 = number_38;
-                number_28 = number_39;
                 spikes = spikes_2;
             } else {
+                float number_42;
+                float number_43;
                 float number_44;
-                float number_45;
-                float number_46;
                 float dt_6;
                 if (!plausible && (change2 > RATE_JUMP_JUMP * RATE_JUMP_JUMP
                     * carry->sample.detected.jump.usual2
                     && change2 * dt * dt > RATE_JUMP_JUMP_ANGLE * RATE_JUMP_JUMP_ANGLE)
                     && !(force2 * dt * dt > RATE_JUMP_LEVER * RATE_JUMP_LEVER * change2)) {
+                    number_42 = number_15;
+                    number_43 = number_16;
                     number_44 = number_17;
-                    number_45 = number_18;
-                    number_46 = number_19;
                     dt_6 = dt;
                 } else {
-                    carry->sample.detected.jump.rate.x = last_x_2;
-                    carry->sample.detected.jump.rate.y = last_y_2;
-                    carry->sample.detected.jump.rate.z = last_z_2;
                     carry->sample.detected.jump.usual2 = lh_max(change2,
                         carry->sample.detected.jump.usual2 * RATE_JUMP_USUAL_TIME
                         / (RATE_JUMP_USUAL_TIME + 2.0f * dt));
+                    carry->sample.detected.jump.rate.x = last_x_2;
+                    carry->sample.detected.jump.rate.y = last_y_2;
+                    carry->sample.detected.jump.rate.z = last_z_2;
+                    number_42 = 0.0f;
+                    number_43 = 0.0f;
                     number_44 = 0.0f;
-                    number_45 = 0.0f;
-                    number_46 = 0.0f;
                     dt_6 = 0.0f;
                 }
-                carry->sample.rate.last.x = carry->sample.detected.jump.rate.x;
-                carry->sample.rate.last.y = carry->sample.detected.jump.rate.y;
-                carry->sample.rate.last.z = carry->sample.detected.jump.rate.z;
+                number_21 = number_42;
+                number_22 = number_43;
                 number_23 = number_44;
-                number_24 = number_45;
-                number_25 = number_46;
                 dt_3 = dt_6;
+                number_24 = 0.0f;
+                number_25 = 0.0f;
                 number_26 = 0.0f;
-                number_27 = 0.0f;
-                number_28 = 0.0f;
                 spikes = 0;
             }
-            carry->sample.detected.jump.held.x = number_23;
-            carry->sample.detected.jump.held.y = number_24;
-            carry->sample.detected.jump.held.z = number_25;
             carry->sample.detected.jump.held_time = dt_3;
-            carry->sample.detected.jump.returned.x = number_26;
-            carry->sample.detected.jump.returned.y = number_27;
-            carry->sample.detected.jump.returned.z = number_28;
             carry->sample.detected.jump.spikes = spikes;
-            carry->sample.detected.jump.rate.x = carry->sample.rate.last.x;
-            carry->sample.detected.jump.rate.y = carry->sample.rate.last.y;
-            carry->sample.detected.jump.rate.z = carry->sample.rate.last.z;
-            number_15 = spikes > 0 ? 32768 : 0;
+            carry->sample.detected.jump.held.x = number_21;
+            carry->sample.detected.jump.held.y = number_22;
+            carry->sample.detected.jump.held.z = number_23;
+            carry->sample.detected.jump.returned.x = number_24;
+            carry->sample.detected.jump.returned.y = number_25;
+            carry->sample.detected.jump.returned.z = number_26;
+            last_x_4 = carry->sample.detected.jump.rate.x;
+            last_y_4 = carry->sample.detected.jump.rate.y;
+            last_z_4 = carry->sample.detected.jump.rate.z;
+            at_2 = spikes > 0 ? 32768 : 0;
         } else {
-            number_15 = 0;
+            last_x_4 = last_x_2;
+            last_y_4 = last_y_2;
+            last_z_4 = last_z_2;
+            at_2 = 0;
         }
-        const float gyr_x_2 = carry->sample.detected.means.gyr.x;
-        const float gyr_y_2 = carry->sample.detected.means.gyr.y;
-        const float gyr_z_2 = carry->sample.detected.means.gyr.z;
-        const float last_x_5 = carry->sample.rate.last.x;
-        const float last_y_5 = carry->sample.rate.last.y;
-        const float last_z_5 = carry->sample.rate.last.z;
-        if (!no_gyr) {
-            carry->sample.detected.means.gyr.x = last_x_5;
-            carry->sample.detected.means.gyr.y = last_y_5;
-            carry->sample.detected.means.gyr.z = last_z_5;
+        float gyr_x_2;
+        float gyr_y_2;
+        float gyr_z_2;
+        if (no_gyr) {
+            gyr_x_2 = carry->sample.detected.means.gyr.x;
+            gyr_y_2 = carry->sample.detected.means.gyr.y;
+            gyr_z_2 = carry->sample.detected.means.gyr.z;
+        } else {
+            gyr_x_2 = last_x_4;
+            gyr_y_2 = last_y_4;
+            gyr_z_2 = last_z_4;
         }
-        const float acc_x_5 = carry->sample.detected.means.acc.x;
-        const float acc_y_5 = carry->sample.detected.means.acc.y;
-        const float acc_z_5 = carry->sample.detected.means.acc.z;
-        if (!no_acc) {
-            carry->sample.detected.means.acc.x = acc_x_2;
-            carry->sample.detected.means.acc.y = acc_y_2;
-            carry->sample.detected.means.acc.z = acc_z_2;
+        float acc_x_5;
+        float acc_y_5;
+        float acc_z_5;
+        if (no_acc) {
+            acc_x_5 = carry->sample.detected.means.acc.x;
+            acc_y_5 = carry->sample.detected.means.acc.y;
+            acc_z_5 = carry->sample.detected.means.acc.z;
+        } else {
+            acc_x_5 = acc_x_2;
+            acc_y_5 = acc_y_2;
+            acc_z_5 = acc_z_2;
         }
-        if (carry->sample.detected.sums.complete) {
-            carry->sample.detected.sums.gyr.x = 0.0f;
-            carry->sample.detected.sums.gyr.y = 0.0f;
-            carry->sample.detected.sums.gyr.z = 0.0f;
-            carry->sample.detected.sums.acc.x = 0.0f;
-            carry->sample.detected.sums.acc.y = 0.0f;
-            carry->sample.detected.sums.acc.z = 0.0f;
-            carry->sample.detected.sums.time = 0.0f;
-            carry->sample.detected.sums.complete = false;
-        }
-        /* rest.add_sample: Adds a sample (rad/s, m/s², dt s) to the interval, or begins the next one with it. */
-        const float time_3 = carry->sample.detected.sums.time + dt;
-        /* vec3.add_scaled: a + s·b */
-        const float number_47 = carry->sample.detected.sums.gyr.x + carry->sample.detected.means.gyr.x * dt;
-        const float number_48 = carry->sample.detected.sums.gyr.y + carry->sample.detected.means.gyr.y * dt;
-        const float number_49 = carry->sample.detected.sums.gyr.z + carry->sample.detected.means.gyr.z * dt;
-        const float number_50 = carry->sample.detected.sums.acc.x + carry->sample.detected.means.acc.x * dt;
-        const float number_51 = carry->sample.detected.sums.acc.y + carry->sample.detected.means.acc.y * dt;
-        const float number_52 = carry->sample.detected.sums.acc.z + carry->sample.detected.means.acc.z * dt;
-        /* elapsed.has_elapsed: Whether time (s), a sum of intervals of which the last was dt (s), has reached length (s).
-         */
-        const bool number_53 = time_3 + number_12 >= REST_INTERVAL;
         float gyr_x_3;
         float gyr_y_3;
         float gyr_z_3;
         float acc_x_6;
         float acc_y_6;
         float acc_z_6;
-        if (number_53) {
+        if (carry->sample.detected.sums.complete) {
+            carry->sample.detected.sums.time = 0.0f;
+            carry->sample.detected.sums.complete = false;
+            gyr_x_3 = 0.0f;
+            gyr_y_3 = 0.0f;
+            gyr_z_3 = 0.0f;
+            acc_x_6 = 0.0f;
+            acc_y_6 = 0.0f;
+            acc_z_6 = 0.0f;
+        } else {
+            gyr_x_3 = carry->sample.detected.sums.gyr.x;
+            gyr_y_3 = carry->sample.detected.sums.gyr.y;
+            gyr_z_3 = carry->sample.detected.sums.gyr.z;
+            acc_x_6 = carry->sample.detected.sums.acc.x;
+            acc_y_6 = carry->sample.detected.sums.acc.y;
+            acc_z_6 = carry->sample.detected.sums.acc.z;
+        }
+        /* rest.add_sample: Adds a sample (rad/s, m/s², dt s) to the interval, or begins the next one with it. */
+        const float time_3 = carry->sample.detected.sums.time + dt;
+        /* vec3.add_scaled: a + s·b */
+        const float number_45 = gyr_x_3 + gyr_x_2 * dt;
+        const float number_46 = gyr_y_3 + gyr_y_2 * dt;
+        const float number_47 = gyr_z_3 + gyr_z_2 * dt;
+        const float number_48 = acc_x_6 + acc_x_5 * dt;
+        const float number_49 = acc_y_6 + acc_y_5 * dt;
+        const float number_50 = acc_z_6 + acc_z_5 * dt;
+        /* elapsed.has_elapsed: Whether time (s), a sum of intervals of which the last was dt (s), has reached length (s).
+         */
+        const bool number_51 = time_3 + number_11 >= REST_INTERVAL;
+        if (number_51) {
             /* rest.update_means: The slow means after an interval; quiet if its averages are within rest_gyr
              * and rest_acc of them.
              */
             const float one = 1.0f / time_3;
             /* vec3.scale: s·a */
-            const float x = number_47 * one;
-            const float y = number_48 * one;
-            const float z = number_49 * one;
-            const float x_2 = number_50 * one;
-            const float y_2 = number_51 * one;
-            const float z_2 = number_52 * one;
+            const float x = number_45 * one;
+            const float y = number_46 * one;
+            const float z = number_47 * one;
+            const float x_2 = number_48 * one;
+            const float y_2 = number_49 * one;
+            const float z_2 = number_50 * one;
             float pace;
             if (time_3 > TILT_GAP_SECONDS || rate_lost) {
                 pace = 0.0f;
@@ -1799,56 +1841,58 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
                     * (UNITS_DEGREE * UNITS_DEGREE);
                 const float force2_2 = settings->guard.rest_acc * settings->guard.rest_acc;
                 /* rest.distance2: |v − mean|² */
-                const float x_3 = x - gyr_x_2;
-                const float y_3 = y - gyr_y_2;
-                const float z_3 = z - gyr_z_2;
+                const float x_3 = x - carry->sample.detected.means.gyr.x;
+                const float y_3 = y - carry->sample.detected.means.gyr.y;
+                const float z_3 = z - carry->sample.detected.means.gyr.z;
                 const float turn2 = x_3 * x_3 + y_3 * y_3 + z_3 * z_3;
-                const float x_4 = x_2 - acc_x_5;
-                const float y_4 = y_2 - acc_y_5;
-                const float z_4 = z_2 - acc_z_5;
+                const float x_4 = x_2 - carry->sample.detected.means.acc.x;
+                const float y_4 = y_2 - carry->sample.detected.means.acc.y;
+                const float z_4 = z_2 - carry->sample.detected.means.acc.z;
                 const float push2 = x_4 * x_4 + y_4 * y_4 + z_4 * z_4;
-                float number_54;
+                float number_52;
                 if (turn2 >= rate2 || push2 >= force2_2) {
-                    number_54 = 0.0f;
+                    number_52 = 0.0f;
                 } else {
-                    number_54 = 1.0f / sqrtf(lh_max(lh_max(turn2 / rate2, push2 / force2_2),
+                    number_52 = 1.0f / sqrtf(lh_max(lh_max(turn2 / rate2, push2 / force2_2),
                         1.0f / (REST_FASTEST * REST_FASTEST)));
                 }
-                pace = number_54;
+                pace = number_52;
             }
             /* rest.update_means: The slow means after an interval; quiet if its averages are within rest_gyr
              * and rest_acc of them.
              */
             const float weight = time_3 / (REST_MEAN_TIME + time_3);
             carry->sample.detected.means.pace = pace;
-            gyr_x_3 = gyr_x_2 + weight * (x - gyr_x_2);
-            gyr_y_3 = gyr_y_2 + weight * (y - gyr_y_2);
-            gyr_z_3 = gyr_z_2 + weight * (z - gyr_z_2);
-            acc_x_6 = acc_x_5 + weight * (x_2 - acc_x_5);
-            acc_y_6 = acc_y_5 + weight * (y_2 - acc_y_5);
-            acc_z_6 = acc_z_5 + weight * (z_2 - acc_z_5);
-        } else {
-            gyr_x_3 = gyr_x_2;
-            gyr_y_3 = gyr_y_2;
-            gyr_z_3 = gyr_z_2;
-            acc_x_6 = acc_x_5;
-            acc_y_6 = acc_y_5;
-            acc_z_6 = acc_z_5;
+            carry->sample.detected.means.gyr.x = carry->sample.detected.means.gyr.x
+                + weight * (x - carry->sample.detected.means.gyr.x);
+            carry->sample.detected.means.gyr.y = carry->sample.detected.means.gyr.y
+                + weight * (y - carry->sample.detected.means.gyr.y);
+            carry->sample.detected.means.gyr.z = carry->sample.detected.means.gyr.z
+                + weight * (z - carry->sample.detected.means.gyr.z);
+            carry->sample.detected.means.acc.x = carry->sample.detected.means.acc.x
+                + weight * (x_2 - carry->sample.detected.means.acc.x);
+            carry->sample.detected.means.acc.y = carry->sample.detected.means.acc.y
+                + weight * (y_2 - carry->sample.detected.means.acc.y);
+            carry->sample.detected.means.acc.z = carry->sample.detected.means.acc.z
+                + weight * (z_2 - carry->sample.detected.means.acc.z);
         }
         int32_t health_3;
-        if (number_14) {
-            detectors_update_extreme(&carry->sample.detected.gyr_extreme, last_x_5, last_y_5, last_z_5,
+        if (number_13) {
+            detectors_update_extreme(&carry->sample.detected.gyr_extreme, last_x_4, last_y_4, last_z_4,
                 settings->guard.gyr_range * UNITS_DEGREE, dt);
             float r;
             if (carry->sample.detected.gyr_repeat.step > DETECTORS_NO_STEP) {
                 carry->sample.detected.gyr_repeat.axes = 0;
                 carry->sample.detected.gyr_repeat.time = 0.0f;
+                carry->sample.detected.gyr_repeat.last.x = last_x_4;
+                carry->sample.detected.gyr_repeat.last.y = last_y_4;
+                carry->sample.detected.gyr_repeat.last.z = last_z_4;
                 r = DETECTORS_NO_STEP;
             } else {
                 /* detectors.update_repeat: Which axes repeat their last value while another one moves. */
-                const float p = fabsf(last_x_5 - carry->sample.detected.gyr_repeat.last.x);
-                const float q = fabsf(last_y_5 - carry->sample.detected.gyr_repeat.last.y);
-                const float r_2 = fabsf(last_z_5 - carry->sample.detected.gyr_repeat.last.z);
+                const float p = fabsf(last_x_4 - carry->sample.detected.gyr_repeat.last.x);
+                const float q = fabsf(last_y_4 - carry->sample.detected.gyr_repeat.last.y);
+                const float r_2 = fabsf(last_z_4 - carry->sample.detected.gyr_repeat.last.z);
                 const float p_2 = 0.0f < p && p < carry->sample.detected.gyr_repeat.step ? p
                     : carry->sample.detected.gyr_repeat.step;
                 const float q_2 = 0.0f < q && q < p_2 ? q : p_2;
@@ -1856,34 +1900,34 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
                 if (p > 0.0f && q > 0.0f && r_2 > 0.0f) {
                     carry->sample.detected.gyr_repeat.axes = 0;
                     carry->sample.detected.gyr_repeat.time = 0.0f;
+                    carry->sample.detected.gyr_repeat.last.x = last_x_4;
+                    carry->sample.detected.gyr_repeat.last.y = last_y_4;
+                    carry->sample.detected.gyr_repeat.last.z = last_z_4;
                 } else {
                     if (!(lh_max(lh_max(p, q), r_2) < lh_max(DETECTORS_LEAST, DETECTORS_STEPS * r_3))) {
-                        const int32_t same = r_2 == 0.0f && last_z_5 != 0.0f
-                            ? (q == 0.0f && last_y_5 != 0.0f ? (p == 0.0f && last_x_5 != 0.0f ? 1 : 0) | 2
-                            : (p == 0.0f && last_x_5 != 0.0f ? 1 : 0)) | 4
-                            : (q == 0.0f && last_y_5 != 0.0f ? (p == 0.0f && last_x_5 != 0.0f ? 1 : 0) | 2
-                            : (p == 0.0f && last_x_5 != 0.0f ? 1 : 0));
-                        const int32_t number_55 = carry->sample.detected.gyr_repeat.axes & same;
-                        const bool number_56 = number_55 == 0;
-                        carry->sample.detected.gyr_repeat.last.x = last_x_5;
-                        carry->sample.detected.gyr_repeat.last.y = last_y_5;
-                        carry->sample.detected.gyr_repeat.last.z = last_z_5;
-                        carry->sample.detected.gyr_repeat.axes = number_56 ? same : number_55;
-                        carry->sample.detected.gyr_repeat.time = number_56 ? 0.0f
+                        const int32_t same = r_2 == 0.0f && last_z_4 != 0.0f
+                            ? (q == 0.0f && last_y_4 != 0.0f ? (p == 0.0f && last_x_4 != 0.0f ? 1 : 0) | 2
+                            : (p == 0.0f && last_x_4 != 0.0f ? 1 : 0)) | 4
+                            : (q == 0.0f && last_y_4 != 0.0f ? (p == 0.0f && last_x_4 != 0.0f ? 1 : 0) | 2
+                            : (p == 0.0f && last_x_4 != 0.0f ? 1 : 0));
+                        const int32_t at_3 = carry->sample.detected.gyr_repeat.axes & same;
+                        const bool number_53 = at_3 == 0;
+                        carry->sample.detected.gyr_repeat.axes = number_53 ? same : at_3;
+                        carry->sample.detected.gyr_repeat.time = number_53 ? 0.0f
                             : carry->sample.detected.gyr_repeat.time + dt;
+                        carry->sample.detected.gyr_repeat.last.x = last_x_4;
+                        carry->sample.detected.gyr_repeat.last.y = last_y_4;
+                        carry->sample.detected.gyr_repeat.last.z = last_z_4;
                     }
-                    carry->sample.rate.last.x = carry->sample.detected.gyr_repeat.last.x;
-                    carry->sample.rate.last.y = carry->sample.detected.gyr_repeat.last.y;
-                    carry->sample.rate.last.z = carry->sample.detected.gyr_repeat.last.z;
                 }
                 r = r_3;
             }
             /* rate_noise.update_noise: After a rate (rad/s) that stands for dt seconds, which is of the noise
              * alone where it is quiet.
              */
-            const float x_5 = fabsf(last_x_5 - carry->sample.detected.noise.last.x);
-            const float y_5 = fabsf(last_y_5 - carry->sample.detected.noise.last.y);
-            const float z_5 = fabsf(last_z_5 - carry->sample.detected.noise.last.z);
+            const float x_5 = fabsf(last_x_4 - carry->sample.detected.noise.last.x);
+            const float y_5 = fabsf(last_y_4 - carry->sample.detected.noise.last.y);
+            const float z_5 = fabsf(last_z_4 - carry->sample.detected.noise.last.z);
             const float change_x = carry->sample.detected.noise.change.x;
             const float change_y = carry->sample.detected.noise.change.y;
             const float change_z = carry->sample.detected.noise.change.z;
@@ -1896,6 +1940,8 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
                  */
                 const float weight_2 = dt
                     / (lh_min(RATE_NOISE_NOISE_TIME, carry->sample.detected.noise.time) + dt);
+                carry->sample.detected.noise.time = lh_min(carry->sample.detected.noise.time + dt,
+                    RATE_NOISE_NOISE_TIME);
                 carry->sample.detected.noise.change.x = change_x + weight_2 * (x_5 - change_x);
                 carry->sample.detected.noise.change.y = change_y + weight_2 * (y_5 - change_y);
                 carry->sample.detected.noise.change.z = change_z + weight_2 * (z_5 - change_z);
@@ -1908,51 +1954,46 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
                 carry->sample.detected.noise.share.z = carry->sample.detected.noise.share.z
                     + weight_2 * ((z_5 > RATE_NOISE_SMALL * change_z ? 1.0f : 0.0f)
                     - carry->sample.detected.noise.share.z);
-                carry->sample.detected.noise.time = lh_min(carry->sample.detected.noise.time + dt,
-                    RATE_NOISE_NOISE_TIME);
                 x_6 = 0.0f;
                 y_6 = 0.0f;
                 z_6 = 0.0f;
             } else {
-                float number_57;
-                float number_58;
-                float number_59;
-                if (!(carry->sample.detected.noise.time + number_12 >= RATE_NOISE_LEAST_TIME)) {
-                    number_57 = 0.0f;
-                    number_58 = 0.0f;
-                    number_59 = 0.0f;
+                float number_54;
+                float number_55;
+                float number_56;
+                if (!(carry->sample.detected.noise.time + number_11 >= RATE_NOISE_LEAST_TIME)) {
+                    number_54 = 0.0f;
+                    number_55 = 0.0f;
+                    number_56 = 0.0f;
                 } else {
-                    number_57 = x_5 > RATE_NOISE_SMALL * change_x || fabsf(last_x_5) > RATE_NOISE_LEAST_SCALE
+                    number_54 = x_5 > RATE_NOISE_SMALL * change_x || fabsf(last_x_4) > RATE_NOISE_LEAST_SCALE
                         ? 0.0f : carry->sample.detected.noise.evidence.x
                         + carry->sample.detected.noise.share.x;
-                    number_58 = y_5 > RATE_NOISE_SMALL * change_y || fabsf(last_y_5) > RATE_NOISE_LEAST_SCALE
+                    number_55 = y_5 > RATE_NOISE_SMALL * change_y || fabsf(last_y_4) > RATE_NOISE_LEAST_SCALE
                         ? 0.0f : carry->sample.detected.noise.evidence.y
                         + carry->sample.detected.noise.share.y;
-                    number_59 = z_5 > RATE_NOISE_SMALL * change_z || fabsf(last_z_5) > RATE_NOISE_LEAST_SCALE
+                    number_56 = z_5 > RATE_NOISE_SMALL * change_z || fabsf(last_z_4) > RATE_NOISE_LEAST_SCALE
                         ? 0.0f : carry->sample.detected.noise.evidence.z
                         + carry->sample.detected.noise.share.z;
                 }
-                x_6 = number_57;
-                y_6 = number_58;
-                z_6 = number_59;
+                x_6 = number_54;
+                y_6 = number_55;
+                z_6 = number_56;
             }
+            carry->sample.detected.gyr_repeat.step = r;
+            carry->sample.detected.noise.last.x = last_x_4;
+            carry->sample.detected.noise.last.y = last_y_4;
+            carry->sample.detected.noise.last.z = last_z_4;
             carry->sample.detected.noise.evidence.x = x_6;
             carry->sample.detected.noise.evidence.y = y_6;
             carry->sample.detected.noise.evidence.z = z_6;
-            carry->sample.detected.gyr_repeat.step = r;
-            carry->sample.detected.noise.last.x = last_x_5;
-            carry->sample.detected.noise.last.y = last_y_5;
-            carry->sample.detected.noise.last.z = last_z_5;
             health_3 = carry->sample.detected.gyr_repeat.time
-                + number_12 >= lh_max(DETECTORS_STUCK_SECONDS, DETECTORS_STUCK_SAMPLES * dt)
+                + number_11 >= lh_max(DETECTORS_STUCK_SECONDS, DETECTORS_STUCK_SAMPLES * dt)
                 || lh_max(lh_max(x_6, y_6), z_6) > RATE_NOISE_SURE
-                ? (carry->sample.detected.gyr_extreme.clipped ? number_15 | 32 : number_15) | 128
-                : (carry->sample.detected.gyr_extreme.clipped ? number_15 | 32 : number_15);
+                ? (carry->sample.detected.gyr_extreme.clipped ? at_2 | 32 : at_2) | 128
+                : (carry->sample.detected.gyr_extreme.clipped ? at_2 | 32 : at_2);
         } else {
-            carry->sample.rate.last.x = carry->sample.detected.gyr_repeat.last.x;
-            carry->sample.rate.last.y = carry->sample.detected.gyr_repeat.last.y;
-            carry->sample.rate.last.z = carry->sample.detected.gyr_repeat.last.z;
-            health_3 = number_15;
+            health_3 = at_2;
         }
         bool far;
         int32_t health_4;
@@ -1961,11 +2002,11 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
                 settings->guard.acc_range, dt);
             float r_4;
             if (carry->sample.detected.acc_repeat.step > DETECTORS_NO_STEP) {
+                carry->sample.detected.acc_repeat.axes = 0;
+                carry->sample.detected.acc_repeat.time = 0.0f;
                 carry->sample.detected.acc_repeat.last.x = acc_x_2;
                 carry->sample.detected.acc_repeat.last.y = acc_y_2;
                 carry->sample.detected.acc_repeat.last.z = acc_z_2;
-                carry->sample.detected.acc_repeat.axes = 0;
-                carry->sample.detected.acc_repeat.time = 0.0f;
                 r_4 = DETECTORS_NO_STEP;
             } else {
                 /* detectors.update_repeat: Which axes repeat their last value while another one moves. */
@@ -1977,11 +2018,11 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
                 const float q_4 = 0.0f < q_3 && q_3 < p_4 ? q_3 : p_4;
                 const float r_6 = 0.0f < r_5 && r_5 < q_4 ? r_5 : q_4;
                 if (p_3 > 0.0f && q_3 > 0.0f && r_5 > 0.0f) {
+                    carry->sample.detected.acc_repeat.axes = 0;
+                    carry->sample.detected.acc_repeat.time = 0.0f;
                     carry->sample.detected.acc_repeat.last.x = acc_x_2;
                     carry->sample.detected.acc_repeat.last.y = acc_y_2;
                     carry->sample.detected.acc_repeat.last.z = acc_z_2;
-                    carry->sample.detected.acc_repeat.axes = 0;
-                    carry->sample.detected.acc_repeat.time = 0.0f;
                 } else {
                     if (!(lh_max(lh_max(p_3, q_3), r_5) < lh_max(DETECTORS_LEAST, DETECTORS_STEPS * r_6))) {
                         const int32_t same_2 = r_5 == 0.0f && acc_z_2 != 0.0f
@@ -1989,14 +2030,14 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
                             : (p_3 == 0.0f && acc_x_2 != 0.0f ? 1 : 0)) | 4
                             : (q_3 == 0.0f && acc_y_2 != 0.0f ? (p_3 == 0.0f && acc_x_2 != 0.0f ? 1 : 0) | 2
                             : (p_3 == 0.0f && acc_x_2 != 0.0f ? 1 : 0));
-                        const int32_t number_60 = carry->sample.detected.acc_repeat.axes & same_2;
-                        const bool number_61 = number_60 == 0;
+                        const int32_t at_4 = carry->sample.detected.acc_repeat.axes & same_2;
+                        const bool number_57 = at_4 == 0;
+                        carry->sample.detected.acc_repeat.axes = number_57 ? same_2 : at_4;
+                        carry->sample.detected.acc_repeat.time = number_57 ? 0.0f
+                            : carry->sample.detected.acc_repeat.time + dt;
                         carry->sample.detected.acc_repeat.last.x = acc_x_2;
                         carry->sample.detected.acc_repeat.last.y = acc_y_2;
                         carry->sample.detected.acc_repeat.last.z = acc_z_2;
-                        carry->sample.detected.acc_repeat.axes = number_61 ? same_2 : number_60;
-                        carry->sample.detected.acc_repeat.time = number_61 ? 0.0f
-                            : carry->sample.detected.acc_repeat.time + dt;
                     }
                 }
                 r_4 = r_6;
@@ -2006,7 +2047,7 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
                 health_5 = health_3 | 64;
             } else {
                 health_5 = carry->sample.detected.acc_repeat.time
-                    + number_12 >= lh_max(DETECTORS_STUCK_SECONDS, DETECTORS_STUCK_SAMPLES * dt)
+                    + number_11 >= lh_max(DETECTORS_STUCK_SECONDS, DETECTORS_STUCK_SAMPLES * dt)
                     ? health_3 | 256 : health_3;
             }
             /* detectors.is_far_from_g: Whether the norm of a specific force (m/s²) is more than acc_gate from g. */
@@ -2020,31 +2061,31 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
             far = carry->sample.detected.far_from_g;
             health_4 = health_3;
         }
-        float last_x_6;
-        float last_y_6;
-        float last_z_6;
-        if (number_11 == 0) {
-            float number_62;
-            float number_63;
-            float number_64;
+        float last_x_5;
+        float last_y_5;
+        float last_z_5;
+        if (at == 0) {
+            float number_58;
+            float number_59;
+            float number_60;
             if (lh_max(lh_max(carry->sample.detected.noise.evidence.x,
                 carry->sample.detected.noise.evidence.y),
                 carry->sample.detected.noise.evidence.z) > RATE_NOISE_SURE) {
-                number_62 = 0.0f;
-                number_63 = 0.0f;
-                number_64 = 0.0f;
+                number_58 = 0.0f;
+                number_59 = 0.0f;
+                number_60 = 0.0f;
             } else {
-                number_62 = carry->sample.detected.jump.rate.x + carry->sample.detected.jump.returned.x;
-                number_63 = carry->sample.detected.jump.rate.y + carry->sample.detected.jump.returned.y;
-                number_64 = carry->sample.detected.jump.rate.z + carry->sample.detected.jump.returned.z;
+                number_58 = carry->sample.detected.jump.rate.x + carry->sample.detected.jump.returned.x;
+                number_59 = carry->sample.detected.jump.rate.y + carry->sample.detected.jump.returned.y;
+                number_60 = carry->sample.detected.jump.rate.z + carry->sample.detected.jump.returned.z;
             }
-            last_x_6 = number_62;
-            last_y_6 = number_63;
-            last_z_6 = number_64;
+            last_x_5 = number_58;
+            last_y_5 = number_59;
+            last_z_5 = number_60;
         } else {
-            last_x_6 = last_x_2;
-            last_y_6 = last_y_2;
-            last_z_6 = last_z_2;
+            last_x_5 = last_x_2;
+            last_y_5 = last_y_2;
+            last_z_5 = last_z_2;
         }
         /* conditioning.condition: The next sample, conditioned; sample is the one before. */
         const int32_t health_6 = health | health_4;
@@ -2054,13 +2095,13 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
         if (acc_x_2 * acc_x_2 + acc_y_2 * acc_y_2 + acc_z_2 * acc_z_2 > TILT_NO_LENGTH) {
             full_scale_update_approach(&carry->sample.force, &carry->sample.detected.acc_extreme, acc_x_2,
                 acc_y_2, acc_z_2, dt);
-            float number_65;
-            float number_66;
-            float number_67;
+            float number_61;
+            float number_62;
+            float number_63;
             if ((health_6 & 256) != 0) {
-                number_65 = 0.0f;
-                number_66 = 0.0f;
-                number_67 = 0.0f;
+                number_61 = 0.0f;
+                number_62 = 0.0f;
+                number_63 = 0.0f;
             } else {
                 float x_7;
                 float y_7;
@@ -2073,11 +2114,11 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
                     /* full_scale.mean_beyond: What the last reading, of dt seconds, leaves out in the mean;
                      * at most as much as it reads.
                      */
-                    const float number_68 = (carry->sample.force.time - 0.5f * dt) / 3.0f;
+                    const float number_64 = (carry->sample.force.time - 0.5f * dt) / 3.0f;
                     /* vec3.scale: s·a */
-                    const float x_8 = carry->sample.force.slope.x * number_68;
-                    const float y_8 = carry->sample.force.slope.y * number_68;
-                    const float z_8 = carry->sample.force.slope.z * number_68;
+                    const float x_8 = carry->sample.force.slope.x * number_64;
+                    const float y_8 = carry->sample.force.slope.y * number_64;
+                    const float z_8 = carry->sample.force.slope.z * number_64;
                     /* vec3.norm: |a| */
                     const float size = sqrtf(x_8 * x_8 + y_8 * y_8 + z_8 * z_8);
                     const float most = sqrtf(carry->sample.force.last.x * carry->sample.force.last.x
@@ -2090,10 +2131,10 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
                         /* full_scale.mean_beyond: What the last reading, of dt seconds, leaves out in the
                          * mean; at most as much as it reads.
                          */
-                        const float number_69 = most / size;
-                        x_9 = x_8 * number_69;
-                        y_9 = y_8 * number_69;
-                        z_9 = z_8 * number_69;
+                        const float number_65 = most / size;
+                        x_9 = x_8 * number_65;
+                        y_9 = y_8 * number_65;
+                        z_9 = z_8 * number_65;
                     } else {
                         x_9 = x_8;
                         y_9 = y_8;
@@ -2103,64 +2144,55 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
                     y_7 = y_9;
                     z_7 = z_9;
                 }
-                number_65 = acc_x_2 + x_7;
-                number_66 = acc_y_2 + y_7;
-                number_67 = acc_z_2 + z_7;
+                number_61 = acc_x_2 + x_7;
+                number_62 = acc_y_2 + y_7;
+                number_63 = acc_z_2 + z_7;
             }
-            acc_x_7 = number_65;
-            acc_y_7 = number_66;
-            acc_z_7 = number_67;
+            acc_x_7 = number_61;
+            acc_y_7 = number_62;
+            acc_z_7 = number_63;
         } else {
             acc_x_7 = acc_x_2;
             acc_y_7 = acc_y_2;
             acc_z_7 = acc_z_2;
         }
-        const bool number_70 = dt > TILT_GAP_SECONDS;
-        const int32_t health_7 = number_70 ? health_6 | 8 : health_6;
+        const bool number_66 = dt > TILT_GAP_SECONDS;
+        const int32_t health_7 = number_66 ? health_6 | 8 : health_6;
         /* conditioning.unmeasured_rotation: The rotation while the rate was unusable; its variance is 0 up to LEAST_ROTATION.
          */
-        const bool number_71 = (health_7 & 161) == 0;
+        const bool number_67 = (health_7 & 161) == 0;
         float rate_age;
         float unmeasured_2;
-        if (number_71) {
+        if (number_67) {
             rate_age = 0.0f;
             unmeasured_2 = 0.0f;
         } else {
-            const float number_72 = carry->sample.rate_age + dt;
-            const float after = TILT_TURN * number_72;
-            float number_73;
+            const float number_68 = carry->sample.rate_age + dt;
+            const float after = TILT_TURN * number_68;
+            float number_69;
             if (after <= CONDITIONING_LEAST_ROTATION) {
-                number_73 = 0.0f;
+                number_69 = 0.0f;
             } else {
-                number_73 = after * after
+                number_69 = after * after
                     - (TILT_TURN * carry->sample.rate_age > CONDITIONING_LEAST_ROTATION
                     ? TILT_TURN * carry->sample.rate_age * (TILT_TURN * carry->sample.rate_age) : 0.0f);
             }
-            rate_age = number_72;
-            unmeasured_2 = number_73;
+            rate_age = number_68;
+            unmeasured_2 = number_69;
         }
         const float time_4 = carry->sample.rate.time;
-        const float last_x_7 = carry->sample.rate.last.x;
-        const float last_y_7 = carry->sample.rate.last.y;
-        const float last_z_7 = carry->sample.rate.last.z;
-        if ((health_7 & 32) != 0 || number_71) {
-            carry->sample.rate.last.x = last_x;
-            carry->sample.rate.last.y = last_y;
-            carry->sample.rate.last.z = last_z;
-            full_scale_update_approach(&carry->sample.rate, &carry->sample.detected.gyr_extreme, last_x_6,
-                last_y_6, last_z_6, dt);
+        if ((health_7 & 32) != 0 || number_67) {
+            full_scale_update_approach(&carry->sample.rate, &carry->sample.detected.gyr_extreme, last_x_5,
+                last_y_5, last_z_5, dt);
         } else {
-            carry->sample.rate.last.x = last_x_6;
-            carry->sample.rate.last.y = last_y_6;
-            carry->sample.rate.last.z = last_z_6;
             carry->sample.rate.time = 0.0f;
+            carry->sample.rate.last.x = last_x_5;
+            carry->sample.rate.last.y = last_y_5;
+            carry->sample.rate.last.z = last_z_5;
         }
-        const float last_x_8 = carry->sample.rate.last.x;
-        const float last_y_8 = carry->sample.rate.last.y;
-        const float last_z_8 = carry->sample.rate.last.z;
-        float last_x_9;
-        float last_y_9;
-        float last_z_9;
+        float last_x_6;
+        float last_y_6;
+        float last_z_6;
         float time_5;
         float unmeasured_3;
         if (carry->sample.rate.time > 0.0f) {
@@ -2169,7 +2201,7 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
              */
             const float missed = FULL_SCALE_CLIPPED_SHARE * carry->sample.rate.time * carry->sample.rate.time
                 / 6.0f;
-            const float number_74 = carry->sample.rate.slope.x * carry->sample.rate.slope.x
+            const float number_70 = carry->sample.rate.slope.x * carry->sample.rate.slope.x
                 + carry->sample.rate.slope.y * carry->sample.rate.slope.y
                 + carry->sample.rate.slope.z * carry->sample.rate.slope.z;
             const float missed_2 = FULL_SCALE_CLIPPED_SHARE * time_4 * time_4 / 6.0f;
@@ -2184,14 +2216,16 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
                 /* full_scale.mean_beyond: What the last reading, of dt seconds, leaves out in the mean; at
                  * most as much as it reads.
                  */
-                const float number_75 = (carry->sample.rate.time - 0.5f * dt) / 3.0f;
+                const float number_71 = (carry->sample.rate.time - 0.5f * dt) / 3.0f;
                 /* vec3.scale: s·a */
-                const float x_11 = carry->sample.rate.slope.x * number_75;
-                const float y_11 = carry->sample.rate.slope.y * number_75;
-                const float z_11 = carry->sample.rate.slope.z * number_75;
+                const float x_11 = carry->sample.rate.slope.x * number_71;
+                const float y_11 = carry->sample.rate.slope.y * number_71;
+                const float z_11 = carry->sample.rate.slope.z * number_71;
                 /* vec3.norm: |a| */
                 const float size_2 = sqrtf(x_11 * x_11 + y_11 * y_11 + z_11 * z_11);
-                const float most_2 = sqrtf(last_x_8 * last_x_8 + last_y_8 * last_y_8 + last_z_8 * last_z_8);
+                const float most_2 = sqrtf(carry->sample.rate.last.x * carry->sample.rate.last.x
+                    + carry->sample.rate.last.y * carry->sample.rate.last.y
+                    + carry->sample.rate.last.z * carry->sample.rate.last.z);
                 float x_12;
                 float y_12;
                 float z_12;
@@ -2199,10 +2233,10 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
                     /* full_scale.mean_beyond: What the last reading, of dt seconds, leaves out in the mean;
                      * at most as much as it reads.
                      */
-                    const float number_76 = most_2 / size_2;
-                    x_12 = x_11 * number_76;
-                    y_12 = y_11 * number_76;
-                    z_12 = z_11 * number_76;
+                    const float number_72 = most_2 / size_2;
+                    x_12 = x_11 * number_72;
+                    y_12 = y_11 * number_72;
+                    z_12 = z_11 * number_72;
                 } else {
                     x_12 = x_11;
                     y_12 = y_11;
@@ -2212,143 +2246,171 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
                 y_10 = y_12;
                 z_10 = z_12;
             }
-            last_x_9 = last_x_6 + x_10;
-            last_y_9 = last_y_6 + y_10;
-            last_z_9 = last_z_6 + z_10;
+            last_x_6 = last_x_5 + x_10;
+            last_y_6 = last_y_5 + y_10;
+            last_z_6 = last_z_5 + z_10;
             time_5 = carry->sample.rate.time;
-            unmeasured_3 = missed * missed * number_74 - missed_2 * missed_2 * number_74;
+            unmeasured_3 = missed * missed * number_70 - missed_2 * missed_2 * number_70;
         } else {
-            float last_x_10;
-            float last_y_10;
-            float last_z_10;
+            float last_x_7;
+            float last_y_7;
+            float last_z_7;
             float unmeasured_4;
-            if (dt <= TILT_GAP_SECONDS && number_71) {
+            if (dt <= TILT_GAP_SECONDS && number_67) {
                 float unmeasured_5;
-                if (number_13) {
+                if (number_12) {
                     /* vec3.sub: a − b */
-                    const float number_77 = last_x_6 - last_x;
-                    const float number_78 = last_y_6 - last_y;
-                    const float number_79 = last_z_6 - last_z;
+                    const float number_73 = last_x_5 - last_x;
+                    const float number_74 = last_y_5 - last_y;
+                    const float number_75 = last_z_5 - last_z;
                     /* conditioning.lost_variance: rad², about each axis, of the rotation in lost seconds
                      * without samples, if the mean of the rates before and after is held for it.
                      */
-                    const float number_80 = CONDITIONING_CHANGE_VARIANCE
-                        * (number_77 * number_77 + number_78 * number_78 + number_79 * number_79)
+                    const float number_76 = CONDITIONING_CHANGE_VARIANCE
+                        * (number_73 * number_73 + number_74 * number_74 + number_75 * number_75)
                         + CONDITIONING_RETURN_VARIANCE
-                        * lh_max(last_x_6 * last_x_6 + last_y_6 * last_y_6 + last_z_6 * last_z_6,
+                        * lh_max(last_x_5 * last_x_5 + last_y_5 * last_y_5 + last_z_5 * last_z_5,
                         last_x * last_x + last_y * last_y + last_z * last_z);
-                    unmeasured_5 = lost * lost * number_80;
+                    unmeasured_5 = lost * lost * number_76;
                 } else {
                     unmeasured_5 = unmeasured_2;
                 }
                 /* detectors.mean_rate: The mean rate (rad/s) over the dt seconds between the stamps of two readings. */
                 const float share = lh_max(0.5f - DETECTORS_GROUP_DELAY / dt, 0.0f);
-                last_x_10 = last_x_6 - (last_x_6 - last_x) * share;
-                last_y_10 = last_y_6 - (last_y_6 - last_y) * share;
-                last_z_10 = last_z_6 - (last_z_6 - last_z) * share;
+                last_x_7 = last_x_5 - (last_x_5 - last_x) * share;
+                last_y_7 = last_y_5 - (last_y_5 - last_y) * share;
+                last_z_7 = last_z_5 - (last_z_5 - last_z) * share;
                 unmeasured_4 = unmeasured_5;
             } else {
-                last_x_10 = last_x_6;
-                last_y_10 = last_y_6;
-                last_z_10 = last_z_6;
+                last_x_7 = last_x_5;
+                last_y_7 = last_y_5;
+                last_z_7 = last_z_5;
                 unmeasured_4 = unmeasured_2;
             }
-            last_x_9 = last_x_10;
-            last_y_9 = last_y_10;
-            last_z_9 = last_z_10;
+            last_x_6 = last_x_7;
+            last_y_6 = last_y_7;
+            last_z_6 = last_z_7;
             time_5 = rate_age;
             unmeasured_3 = unmeasured_4;
         }
-        const bool number_81 = carry->sample.since_sigma
+        const bool number_77 = carry->sample.since_sigma
             + ELAPSED_SLACK * carry->sample.dt >= OBSERVER_COVARIANCE_INTERVAL
             || carry->sample.unmeasured > 0.0f;
         /* conditioning.condition: The next sample, conditioned; sample is the one before. */
-        const float since_sigma_2 = (number_81 ? 0.0f : carry->sample.since_sigma) + dt;
+        const float since_sigma_2 = (number_77 ? 0.0f : carry->sample.since_sigma) + dt;
         const int32_t sensors_2 = mag_x_2 * mag_x_2 + mag_y_2 * mag_y_2 + mag_z_2 * mag_z_2 > TILT_NO_LENGTH
             ? (acc_x_7 * acc_x_7 + acc_y_7 * acc_y_7 + acc_z_7 * acc_z_7 > TILT_NO_LENGTH
-            ? (number_81 ? 0 : carry->sample.corrected_by) | 1
-            : (number_81 ? 0 : carry->sample.corrected_by)) | 2
+            ? (number_77 ? 0 : carry->sample.corrected_by) | 1
+            : (number_77 ? 0 : carry->sample.corrected_by)) | 2
             : (acc_x_7 * acc_x_7 + acc_y_7 * acc_y_7 + acc_z_7 * acc_z_7 > TILT_NO_LENGTH
-            ? (number_81 ? 0 : carry->sample.corrected_by) | 1
-            : (number_81 ? 0 : carry->sample.corrected_by));
-        const bool rate_unknown = rate_lost || number_70;
-        carry->sample.rate.last.x = last_x_9;
-        carry->sample.rate.last.y = last_y_9;
-        carry->sample.rate.last.z = last_z_9;
-        if (number_53) {
+            ? (number_77 ? 0 : carry->sample.corrected_by) | 1
+            : (number_77 ? 0 : carry->sample.corrected_by));
+        const bool rate_unknown = rate_lost || number_66;
+        float bias_x;
+        float bias_y;
+        float bias_z;
+        if (number_51) {
             /* rest.is_turn: Whether a steady mean rate (rad/s) is a turn and no bias: too large for any, or
              * far from what is known of it.
              */
             const float limit = settings->guard.bias_limit * UNITS_DEGREE;
             /* rest.distance2: |v − mean|² */
-            const float square_2 = gyr_x_3 * gyr_x_3 + gyr_y_3 * gyr_y_3 + gyr_z_3 * gyr_z_3;
-            bool number_82;
+            const float square_2 = carry->sample.detected.means.gyr.x * carry->sample.detected.means.gyr.x
+                + carry->sample.detected.means.gyr.y * carry->sample.detected.means.gyr.y
+                + carry->sample.detected.means.gyr.z * carry->sample.detected.means.gyr.z;
+            bool number_78;
             if (square_2 > limit * limit) {
-                number_82 = true;
+                number_78 = true;
             } else {
-                bool number_83;
+                bool number_79;
                 if (!carry->run.guard.rest.known) {
-                    number_83 = false;
+                    number_79 = false;
                 } else {
                     /* vec3.add: a + b */
                     const float x_13 = carry->run.guard.rest.bias.x + carry->run.state.bias.x;
                     const float y_13 = carry->run.guard.rest.bias.y + carry->run.state.bias.y;
                     const float z_13 = carry->run.guard.rest.bias.z + carry->run.state.bias.z;
                     /* rest.distance2: |v − mean|² */
-                    const float x_14 = gyr_x_3 - x_13;
-                    const float y_14 = gyr_y_3 - y_13;
-                    const float z_14 = gyr_z_3 - z_13;
-                    number_83 = square_2 > x_13 * x_13 + y_13 * y_13 + z_13 * z_13
+                    const float x_14 = carry->sample.detected.means.gyr.x - x_13;
+                    const float y_14 = carry->sample.detected.means.gyr.y - y_13;
+                    const float z_14 = carry->sample.detected.means.gyr.z - z_13;
+                    number_79 = square_2 > x_13 * x_13 + y_13 * y_13 + z_13 * z_13
                         && x_14 * x_14 + y_14 * y_14 + z_14 * z_14 > REST_BIAS_CHANGE;
                 }
-                number_82 = number_83;
+                number_78 = number_79;
             }
             float time_6;
-            if (carry->sample.detected.means.pace == 0.0f || number_82) {
+            float bias_x_2;
+            float bias_y_2;
+            float bias_z_2;
+            if (carry->sample.detected.means.pace == 0.0f || number_78) {
                 carry->run.guard.rest.moved = true;
                 time_6 = 0.0f;
+                bias_x_2 = carry->run.guard.rest.bias.x;
+                bias_y_2 = carry->run.guard.rest.bias.y;
+                bias_z_2 = carry->run.guard.rest.bias.z;
             } else {
                 /* elapsed.has_elapsed: Whether time (s), a sum of intervals of which the last was dt (s), has
                  * reached length (s).
                  */
-                const float number_84 = ELAPSED_SLACK * REST_INTERVAL;
+                const float number_80 = ELAPSED_SLACK * REST_INTERVAL;
                 /* rest.update_rest: After an interval of dt seconds: how long the sensor has been quiet, and
                  * the bias (rad/s) as a running mean.
                  */
                 const float time_7 = carry->run.guard.rest.time
                     + (carry->run.guard.rest.moved
                     || (carry->run.guard.rest.time > 0.0f
-                    && carry->run.guard.rest.time + number_84 >= settings->guard.rest_time) ? time_3
+                    && carry->run.guard.rest.time + number_80 >= settings->guard.rest_time) ? time_3
                     : time_3 * carry->sample.detected.means.pace);
-                const bool number_85 = time_7 > 0.0f && time_7 + number_84 >= settings->guard.rest_time;
-                if (number_85) {
+                const bool number_81 = time_7 > 0.0f && time_7 + number_80 >= settings->guard.rest_time;
+                float bias_x_3;
+                float bias_y_3;
+                float bias_z_3;
+                if (number_81) {
                     /* lowpass.lowpass_weight: The weight of a new sample in a first-order low-pass of time
                      * constant tau: dt/(min(τ, age) + dt).
                      */
-                    const float number_86 = time_3
+                    const float number_82 = time_3
                         / (lh_min(REST_BIAS_TIME,
                         lh_max(carry->run.guard.rest.time - settings->guard.rest_time, 0.0f)) + time_3);
-                    carry->run.guard.rest.bias.x = carry->run.guard.rest.bias.x
-                        + number_86 * (gyr_x_3 - carry->run.state.bias.x - carry->run.guard.rest.bias.x);
-                    carry->run.guard.rest.bias.y = carry->run.guard.rest.bias.y
-                        + number_86 * (gyr_y_3 - carry->run.state.bias.y - carry->run.guard.rest.bias.y);
-                    carry->run.guard.rest.bias.z = carry->run.guard.rest.bias.z
-                        + number_86 * (gyr_z_3 - carry->run.state.bias.z - carry->run.guard.rest.bias.z);
+                    bias_x_3 = carry->run.guard.rest.bias.x
+                        + number_82 * (carry->sample.detected.means.gyr.x - carry->run.state.bias.x
+                        - carry->run.guard.rest.bias.x);
+                    bias_y_3 = carry->run.guard.rest.bias.y
+                        + number_82 * (carry->sample.detected.means.gyr.y - carry->run.state.bias.y
+                        - carry->run.guard.rest.bias.y);
+                    bias_z_3 = carry->run.guard.rest.bias.z
+                        + number_82 * (carry->sample.detected.means.gyr.z - carry->run.state.bias.z
+                        - carry->run.guard.rest.bias.z);
+                } else {
+                    bias_x_3 = carry->run.guard.rest.bias.x;
+                    bias_y_3 = carry->run.guard.rest.bias.y;
+                    bias_z_3 = carry->run.guard.rest.bias.z;
                 }
-                carry->run.guard.rest.known = carry->run.guard.rest.known || number_85;
+                carry->run.guard.rest.known = carry->run.guard.rest.known || number_81;
                 time_6 = time_7;
+                bias_x_2 = bias_x_3;
+                bias_y_2 = bias_y_3;
+                bias_z_2 = bias_z_3;
             }
             carry->run.guard.rest.time = time_6;
+            bias_x = bias_x_2;
+            bias_y = bias_y_2;
+            bias_z = bias_z_2;
+        } else {
+            bias_x = carry->run.guard.rest.bias.x;
+            bias_y = carry->run.guard.rest.bias.y;
+            bias_z = carry->run.guard.rest.bias.z;
         }
-        const bool number_87 = unmeasured_3 > 0.0f;
-        if (number_87) {
+        const bool number_83 = unmeasured_3 > 0.0f;
+        if (number_83) {
             carry->run.state.age = carry->run.state.age
                 / (1.0f + carry->run.state.age * unmeasured_3 / LOWPASS_DIRECTION_DENSITY);
         }
         if (far || carry->sample.detected.far_from_g) {
-            carry->sample.gyr.x = last_x_9;
-            carry->sample.gyr.y = last_y_9;
-            carry->sample.gyr.z = last_z_9;
+            carry->sample.gyr.x = last_x_6;
+            carry->sample.gyr.y = last_y_6;
+            carry->sample.gyr.z = last_z_6;
             carry->sample.acc.x = acc_x_7;
             carry->sample.acc.y = acc_y_7;
             carry->sample.acc.z = acc_z_7;
@@ -2359,29 +2421,35 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
             carry->sample.health = health_7;
             carry->sample.rate_unknown = rate_unknown;
             carry->sample.detected.far_from_g = far;
+            carry->run.guard.rest.bias.x = bias_x;
+            carry->run.guard.rest.bias.y = bias_y;
+            carry->run.guard.rest.bias.z = bias_z;
             driver_step_accelerated(settings, &carry->sample, &carry->run);
         } else {
-            carry->sample.gyr.x = last_x_9;
-            carry->sample.gyr.y = last_y_9;
-            carry->sample.gyr.z = last_z_9;
+            carry->sample.gyr.x = last_x_6;
+            carry->sample.gyr.y = last_y_6;
+            carry->sample.gyr.z = last_z_6;
             carry->sample.mag.x = mag_x_2;
             carry->sample.mag.y = mag_y_2;
             carry->sample.mag.z = mag_z_2;
             carry->sample.dt = dt;
             carry->sample.rate_unknown = rate_unknown;
             carry->run.health = health_7;
+            carry->run.guard.rest.bias.x = bias_x;
+            carry->run.guard.rest.bias.y = bias_y;
+            carry->run.guard.rest.bias.z = bias_z;
             driver_step_gated(settings, &carry->sample, &carry->run, acc_x_7, acc_y_7, acc_z_7);
         }
         /* elapsed.has_elapsed: Whether time (s), a sum of intervals of which the last was dt (s), has reached length (s).
          */
-        const float number_88 = ELAPSED_SLACK * dt;
-        if (since_sigma_2 + number_88 >= OBSERVER_COVARIANCE_INTERVAL || number_87) {
+        const float number_84 = ELAPSED_SLACK * dt;
+        if (since_sigma_2 + number_84 >= OBSERVER_COVARIANCE_INTERVAL || number_83) {
             int32_t corrected_by;
             float acc_x_8;
             float acc_y_8;
             float acc_z_8;
             if (carry->run.guard.acc_rejected > 0.0f
-                && !(carry->run.guard.acc_rejected + number_88 >= settings->guard.acc_time)) {
+                && !(carry->run.guard.acc_rejected + number_84 >= settings->guard.acc_time)) {
                 corrected_by = sensors_2 & 2;
                 acc_x_8 = 0.0f;
                 acc_y_8 = 0.0f;
@@ -2402,22 +2470,22 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
                 y_15 = 0.0f;
                 z_15 = 0.0f;
             } else {
-                x_15 = last_x_9 - carry->run.guard.rest.bias.x;
-                y_15 = last_y_9 - carry->run.guard.rest.bias.y;
-                z_15 = last_z_9 - carry->run.guard.rest.bias.z;
+                x_15 = last_x_6 - bias_x;
+                y_15 = last_y_6 - bias_y;
+                z_15 = last_z_6 - bias_z;
             }
             /* mahony.gains: K, K₂ of eq. 5 and k_I dt of eq. 3, for a state after its sample. */
-            const float number_89 = 1.0f / settings->filter.kp;
+            const float number_85 = 1.0f / settings->filter.kp;
             /* lowpass.lowpass_weight: The weight of a new sample in a first-order low-pass of time constant
              * tau: dt/(min(τ, age) + dt).
              */
-            const float kt = since_sigma_2 / (lh_min(number_89, carry->run.state.age) + since_sigma_2);
+            const float kt = since_sigma_2 / (lh_min(number_85, carry->run.state.age) + since_sigma_2);
             /* mahony.gains: K, K₂ of eq. 5 and k_I dt of eq. 3, for a state after its sample. */
-            const float number_90 = 1.0f / (settings->filter.kp * settings->filter.k_mag);
+            const float number_86 = 1.0f / (settings->filter.kp * settings->filter.k_mag);
             /* elapsed.has_elapsed: Whether time (s), a sum of intervals of which the last was dt (s), has reached length (s).
              */
-            const float number_91 = carry->run.state.age + ELAPSED_SLACK * since_sigma_2;
-            const float bh = number_91 >= number_90
+            const float number_87 = carry->run.state.age + ELAPSED_SLACK * since_sigma_2;
+            const float bh = number_87 >= number_86
                 ? settings->filter.ki * settings->filter.k_mag * since_sigma_2 : 0.0f;
             float kt_2;
             float kh;
@@ -2430,7 +2498,7 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
                 bh_2 = DIRECTION_FILTER_DIP_SHARE * bh;
             } else {
                 kt_2 = kt;
-                kh = since_sigma_2 / (lh_min(number_90, carry->run.state.age) + since_sigma_2);
+                kh = since_sigma_2 / (lh_min(number_86, carry->run.state.age) + since_sigma_2);
                 bh_2 = bh;
             }
             /* observer_covariance.update_covariance: After an interval of dt s, with the filter's gains for
@@ -2438,40 +2506,40 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
              */
             const float rate2_2 = x_15 * x_15 + y_15 * y_15 + z_15 * z_15;
             float level;
-            float number_92;
-            float number_93;
+            float number_88;
+            float number_89;
             float level_2;
-            float number_94;
-            float number_95;
+            float number_90;
+            float number_91;
             if (since_sigma_2 > TILT_GAP_SECONDS) {
                 level = lh_min(carry->run.covariance.tilt.level
                     + TILT_TURN * TILT_TURN * since_sigma_2 * since_sigma_2, TILT_UNIFORM * TILT_UNIFORM);
-                number_92 = 0.0f;
-                number_93 = lh_max(carry->run.covariance.tilt.bias,
+                number_88 = 0.0f;
+                number_89 = lh_max(carry->run.covariance.tilt.bias,
                     lh_min(carry->run.covariance.tilt.bias + OBSERVER_COVARIANCE_WALK * since_sigma_2,
                     OBSERVER_COVARIANCE_TURN_ON));
                 level_2 = lh_min(carry->run.covariance.heading.level
                     + TILT_TURN * TILT_TURN * since_sigma_2 * since_sigma_2, TILT_UNIFORM * TILT_UNIFORM);
-                number_94 = 0.0f;
-                number_95 = lh_max(carry->run.covariance.heading.bias,
+                number_90 = 0.0f;
+                number_91 = lh_max(carry->run.covariance.heading.bias,
                     lh_min(carry->run.covariance.heading.bias + OBSERVER_COVARIANCE_WALK * since_sigma_2,
                     OBSERVER_COVARIANCE_TURN_ON));
             } else {
                 /* two_state.predict: Eq. 1 with Q = diag(q_level, q_bias). */
-                const float number_96 = since_sigma_2 * carry->run.covariance.tilt.bias;
-                const float number_97 = since_sigma_2 * carry->run.covariance.heading.bias;
+                const float number_92 = since_sigma_2 * carry->run.covariance.tilt.bias;
+                const float number_93 = since_sigma_2 * carry->run.covariance.heading.bias;
                 level = carry->run.covariance.tilt.level
-                    + since_sigma_2 * (number_96 - 2.0f * carry->run.covariance.tilt.cross)
+                    + since_sigma_2 * (number_92 - 2.0f * carry->run.covariance.tilt.cross)
                     + ((OBSERVER_COVARIANCE_NOISE + OBSERVER_COVARIANCE_SCALE * rate2_2) * since_sigma_2
                     + unmeasured_3);
-                number_92 = carry->run.covariance.tilt.cross - number_96;
-                number_93 = carry->run.covariance.tilt.bias + OBSERVER_COVARIANCE_WALK * since_sigma_2;
+                number_88 = carry->run.covariance.tilt.cross - number_92;
+                number_89 = carry->run.covariance.tilt.bias + OBSERVER_COVARIANCE_WALK * since_sigma_2;
                 level_2 = carry->run.covariance.heading.level
-                    + since_sigma_2 * (number_97 - 2.0f * carry->run.covariance.heading.cross)
+                    + since_sigma_2 * (number_93 - 2.0f * carry->run.covariance.heading.cross)
                     + ((OBSERVER_COVARIANCE_NOISE + OBSERVER_COVARIANCE_SCALE * rate2_2) * since_sigma_2
                     + unmeasured_3);
-                number_94 = carry->run.covariance.heading.cross - number_97;
-                number_95 = carry->run.covariance.heading.bias + OBSERVER_COVARIANCE_WALK * since_sigma_2;
+                number_90 = carry->run.covariance.heading.cross - number_93;
+                number_91 = carry->run.covariance.heading.bias + OBSERVER_COVARIANCE_WALK * since_sigma_2;
             }
             float cross;
             float bias;
@@ -2480,17 +2548,17 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
             if (carry->run.guard.rest.time > 0.0f
                 && carry->run.guard.rest.time + ELAPSED_SLACK * REST_INTERVAL >= settings->guard.rest_time) {
                 /* observer_covariance.limit_bias: At rest the bias is known to 0.05 °/s (1σ), at least. */
-                const bool number_98 = number_93 > OBSERVER_COVARIANCE_REST_BIAS;
-                const bool number_99 = number_95 > OBSERVER_COVARIANCE_REST_BIAS;
-                cross = number_98 ? 0.0f : number_92;
-                bias = number_98 ? OBSERVER_COVARIANCE_REST_BIAS : number_93;
-                cross_2 = number_99 ? 0.0f : number_94;
-                bias_2 = number_99 ? OBSERVER_COVARIANCE_REST_BIAS : number_95;
+                const bool number_94 = number_89 > OBSERVER_COVARIANCE_REST_BIAS;
+                const bool number_95 = number_91 > OBSERVER_COVARIANCE_REST_BIAS;
+                cross = number_94 ? 0.0f : number_88;
+                bias = number_94 ? OBSERVER_COVARIANCE_REST_BIAS : number_89;
+                cross_2 = number_95 ? 0.0f : number_90;
+                bias_2 = number_95 ? OBSERVER_COVARIANCE_REST_BIAS : number_91;
             } else {
-                cross = number_92;
-                bias = number_93;
-                cross_2 = number_94;
-                bias_2 = number_95;
+                cross = number_88;
+                bias = number_89;
+                cross_2 = number_90;
+                bias_2 = number_91;
             }
             const float often = 2.0f / since_sigma_2;
             float level_3;
@@ -2500,12 +2568,12 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
                 /* tilt.is_present: Whether a sensor is there: an absent one is the zero vector, and so is
                  * what is too short to have a direction.
                  */
-                const float number_100 = acc_x_8 * acc_x_8 + acc_y_8 * acc_y_8 + acc_z_8 * acc_z_8;
-                if (number_100 > TILT_NO_LENGTH) {
+                const float number_96 = acc_x_8 * acc_x_8 + acc_y_8 * acc_y_8 + acc_z_8 * acc_z_8;
+                if (number_96 > TILT_NO_LENGTH) {
                     /* observer_covariance.update_covariance: After an interval of dt s, with the filter's
                      * gains for an interval of that length.
                      */
-                    const float off = OBSERVER_COVARIANCE_HALF_PER_G2 * number_100 - 0.5f;
+                    const float off = OBSERVER_COVARIANCE_HALF_PER_G2 * number_96 - 0.5f;
                     carry->run.covariance.motion = carry->run.covariance.motion
                         + since_sigma_2 / (OBSERVER_COVARIANCE_SMOOTH + since_sigma_2)
                         * (off * off - carry->run.covariance.motion);
@@ -2519,7 +2587,7 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
                 const float r_7 = OBSERVER_COVARIANCE_SHAKE
                     + carry->run.covariance.motion
                     * (1.0f + rest * (OBSERVER_COVARIANCE_JERK_SECONDS * often));
-                const float b = -(number_91 >= number_89 ? settings->filter.ki * since_sigma_2 : 0.0f);
+                const float b = -(number_87 >= number_85 ? settings->filter.ki * since_sigma_2 : 0.0f);
                 level_3 = rest * rest * level + kt_2 * kt_2 * r_7;
                 cross_3 = rest * (cross - b * level) + kt_2 * b * r_7;
                 bias_3 = bias - 2.0f * b * cross + b * b * (level + r_7);
@@ -2557,9 +2625,6 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
             carry->run.covariance.heading.bias = bias_4;
         }
         carry->sample.detected.far_from_g = far;
-        carry->sample.rate.last.x = last_x_8;
-        carry->sample.rate.last.y = last_y_8;
-        carry->sample.rate.last.z = last_z_8;
         dt_2 = carry->sample.interval == 0.0f ? dt
             : carry->sample.interval + (lh_min(dt, 2.0f * carry->sample.interval) - carry->sample.interval)
             / CONDITIONING_INTERVALS;
@@ -2568,23 +2633,23 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
         unmeasured = unmeasured_3;
         since_sigma = since_sigma_2;
         sensors = sensors_2;
-        number_4 = number_47;
-        number_5 = number_48;
-        number_6 = number_49;
-        number_7 = number_50;
-        number_8 = number_51;
-        number_9 = number_52;
+        number_4 = number_45;
+        number_5 = number_46;
+        number_6 = number_47;
+        number_7 = number_48;
+        number_8 = number_49;
+        number_9 = number_50;
         time_2 = time_3;
-        number_10 = number_53;
-        last_x_3 = gyr_x_3;
-        last_y_3 = gyr_y_3;
-        last_z_3 = gyr_z_3;
-        acc_x_4 = acc_x_6;
-        acc_y_4 = acc_y_6;
-        acc_z_4 = acc_z_6;
-        last_x_4 = last_x_7;
-        last_y_4 = last_y_7;
-        last_z_4 = last_z_7;
+        number_10 = number_51;
+        slope_x = carry->sample.rate.slope.x;
+        slope_y = carry->sample.rate.slope.y;
+        slope_z = carry->sample.rate.slope.z;
+        acc_x_4 = carry->sample.force.last.x;
+        acc_y_4 = carry->sample.force.last.y;
+        acc_z_4 = carry->sample.force.last.z;
+        slope_x_2 = carry->sample.force.slope.x;
+        slope_y_2 = carry->sample.force.slope.y;
+        slope_z_2 = carry->sample.force.slope.z;
     }
     carry->sample.interval = dt_2;
     carry->sample.started = number_3;
@@ -2600,15 +2665,15 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
     carry->sample.detected.sums.acc.z = number_9;
     carry->sample.detected.sums.time = time_2;
     carry->sample.detected.sums.complete = number_10;
-    carry->sample.detected.means.gyr.x = last_x_3;
-    carry->sample.detected.means.gyr.y = last_y_3;
-    carry->sample.detected.means.gyr.z = last_z_3;
-    carry->sample.detected.means.acc.x = acc_x_4;
-    carry->sample.detected.means.acc.y = acc_y_4;
-    carry->sample.detected.means.acc.z = acc_z_4;
-    carry->sample.detected.gyr_repeat.last.x = last_x_4;
-    carry->sample.detected.gyr_repeat.last.y = last_y_4;
-    carry->sample.detected.gyr_repeat.last.z = last_z_4;
+    carry->sample.rate.slope.x = slope_x;
+    carry->sample.rate.slope.y = slope_y;
+    carry->sample.rate.slope.z = slope_z;
+    carry->sample.force.last.x = acc_x_4;
+    carry->sample.force.last.y = acc_y_4;
+    carry->sample.force.last.z = acc_z_4;
+    carry->sample.force.slope.x = slope_x_2;
+    carry->sample.force.slope.y = slope_y_2;
+    carry->sample.force.slope.z = slope_z_2;
 }
 
 /* The filter's output with the bias read off at rest added, σ where the filter has none, and health. */
