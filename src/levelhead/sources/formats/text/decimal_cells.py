@@ -1,8 +1,10 @@
 """Columns of decimal numbers out of text by array operations, to the bit what ``float`` and ``int`` give.
 
 A number of at most 15 digits is m / 10^k with whole m below 2^53 and k up to 22: both are floats, and IEEE 754 rounds
-their quotient correctly (Clinger, How to read floating point numbers accurately, PLDI 1990). Eight digits at a time are
-summed in one 64-bit word, pairs first (Lemire, Quickly parsing eight digits, 2018). Other cells are left to the caller.
+their quotient correctly (Clinger, How to read floating point numbers accurately, PLDI 1990). For m up to 10^18, as
+Python prints numbers, the rest of the division is added, which is exact in floats (Dekker 1971). Eight digits at a time
+are summed in one 64-bit word, pairs first (Lemire, Quickly parsing eight digits, 2018). Other cells are left to the
+caller.
 """
 
 from functools import cached_property
@@ -20,6 +22,10 @@ _ZEROS = _U(0x3030303030303030)  # "00000000"
 _ABOVE_NINE = _U(0x7676767676767676)  # takes a byte above 9 to 0x80
 _HIGH_BITS = _U(0x8080808080808080)
 _MASKS = np.array([0, *((0xFFFFFFFFFFFFFFFF << 8 * (8 - count)) & 0xFFFFFFFFFFFFFFFF for count in range(1, 9))], _U)
+_MAX_DECIMALS = 22  # 10^22 is a float
+_FLOAT_POWERS = 10.0 ** np.arange(_MAX_DECIMALS + 1)
+_SPLIT = 2.0**27 + 1.0
+_MARGIN = 1e-9  # share of half a last bit, within which a rest is not rounded for certain
 _POWERS = 10 ** np.arange(_MAX_WHOLE_DIGITS + 1, dtype=np.int64)
 
 Whole = NDArray[np.int64]
@@ -59,16 +65,20 @@ class DecimalCells:
         point = self._find_points(start, end)
         decimals = np.maximum(end - point - 1, 0)
         digits = point - start + decimals
-        known = (digits > 0) & (digits <= _MAX_WHOLE_DIGITS)
+        many = digits > _MAX_WHOLE_DIGITS  # which 0.00123… has, and no more that count
+        known = (digits > 0) & (~many | ((point - start <= 1) & (decimals <= _MAX_DECIMALS)))
         if not known.all():
             decimals = np.where(known, decimals, 0)
             start = np.where(known, start, point)
         whole, whole_known = self._digits(point, point - start)
         parts, parts_known = self._digits(end, decimals)
-        power = _power(decimals)
-        mantissa = whole * power + parts
-        known &= whole_known & parts_known & (mantissa < _MAX_EXACT)
+        known &= whole_known & parts_known & (~many | (whole == 0))
+        mantissa = whole * _power(np.minimum(decimals, _MAX_WHOLE_DIGITS)) + parts
+        power = _FLOAT_POWERS[decimals]
         values = mantissa / power
+        long = np.flatnonzero(mantissa >= _MAX_EXACT)
+        if len(long):
+            values[long], known[long] = _divide_exactly(mantissa[long], power[long], known[long])
         np.negative(values, out=values, where=negative)
         return Numbers(values, known)
 
@@ -111,7 +121,10 @@ class DecimalCells:
             masks = _MASKS[min(least - k, 8)] if least == most else _MASKS[np.clip(count - k, 0, 8)]
             word = (self._words[end - k - 8] ^ _ZEROS) & masks
             known &= (((word + _ABOVE_NINE) | word) & _HIGH_BITS) == 0
-            total += _number(word).astype(np.int64) * _POWERS[k]
+            number = _number(word).astype(np.int64)
+            if k == 16:
+                known &= number < 100  # eighteen digits that count
+            total += number * _POWERS[k]
         return total, known
 
 
@@ -139,6 +152,24 @@ def _power(decimals: Whole) -> Whole | np.int64:
     """Ten to the number of decimals, one for all lines if that is the same."""
     power: Whole | np.int64 = _POWERS[decimals[0] if (decimals == decimals[0]).all() else decimals]
     return power
+
+
+def _divide_exactly(mantissa: Whole, power: NDArray[np.float64], known: Flags) -> Numbers:
+    """(m / 10^k, ``known`` where it is certain to be rounded correctly) of whole m below 10^18.
+
+    The quotient of the rounded m, and the rest of the division over 10^k beside it.
+    """
+    high = mantissa.astype(np.float64)
+    low = (mantissa - high.astype(np.int64)).astype(np.float64)
+    first = high / power
+    product = first * power
+    a, b = (one * _SPLIT - (one * _SPLIT - one) for one in (first, power))
+    error = ((a * b - product) + a * (power - b) + (first - a) * b) + (first - a) * (power - b)
+    second = ((high - product) - error + low) / power
+    values = first + second
+    rest, half = np.abs(second - (values - first)), 0.5 * np.spacing(values)
+    sure = (np.abs(rest - half) > _MARGIN * half) & (np.frexp(values)[0] != 0.5)
+    return Numbers(values, known & sure)
 
 
 def _number(word: NDArray[np.uint64]) -> NDArray[np.uint64]:
