@@ -119,9 +119,13 @@ def offline() -> ESKF:
 
     Later samples measure a body's velocity too, so the model may be weaker: a wider density, a smaller body velocity,
     and a narrower prior of a raw gyroscope. Other errors of a gyroscope (scale over temperature, stamps) average out
-    less than noise, so its noise is larger. North is that of the end, all along.
+    less than noise, so its noise is larger. A place's field begins narrower, as its end is known too. North is that of
+    the end, all along.
     """
-    return ESKF(gyr_noise=0.12, bias_uncalibrated=4.5, velocity_density=0.55, body_velocity=0.25, north_rate=1e6)
+    return ESKF(
+        gyr_noise=0.12, bias_uncalibrated=4.5, velocity_density=0.55, body_velocity=0.25, mag_place=0.005,
+        north_rate=1e6,
+    )  # fmt: skip
 
 
 def title(params: Params) -> str:
