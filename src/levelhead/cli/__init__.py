@@ -56,7 +56,7 @@ VERBS = {
     "view": "Show a recording or a running node in the browser.",
     "ports": "List serial ports, and I²C buses with the chips on them.",
     "axes": "Find how the sensor sits on its body, from a still pose and one turn.",
-    "joint": "Find the angle of a hinge, such as a knee, from a sensor on each of its two segments.",
+    "joint": "Find the angles of a joint, such as a knee, from a sensor on each of its two segments.",
     "gait": "Find the path and the strides of a foot, from a sensor on the shoe.",
     "align": "Find convention, mounting and delay that make one orientation another.",
     "sync": "Find offset and drift of the clocks of several sensors on one body.",

@@ -1,4 +1,4 @@
-"""``levelhead joint UPPER LOWER``: the angle of a hinge between two segments."""
+"""``levelhead joint UPPER LOWER``: the angles of a joint between two segments."""
 
 from pathlib import Path
 from typing import Annotated, Literal
@@ -14,6 +14,7 @@ def joint(
     lower: Annotated[Path, Parameter(name="LOWER")],
     /,
     *,
+    axes: Literal[1, 2, 3] = 1,
     zero: Annotated[float | None, Parameter(metavar="S")] = None,
     format: Literal["csv", "mot"] = "csv",
     out: Annotated[Path, Parameter(name=["--out", "-o"], metavar="DIR")] = Path(),
@@ -21,14 +22,15 @@ def joint(
     json: Annotated[bool, Parameter(negative="")] = False,
     reading: Reading = Reading(),  # noqa: B008
 ) -> int:
-    """Find the angle of a hinge, such as a knee, from a sensor on each segment, in any mounting.
+    """Find the angles of a joint, such as a knee, from a sensor on each segment, in any mounting.
 
-    No magnetometer is used. The exit code is 1 if the motion does not show the joint; the sentence names the cause.
+    One and two axes use no magnetometer. The exit code is 1 if the motion does not show the joint.
 
     Args:
         upper: log of the sensor on the segment that counts as fixed.
         lower: log of the sensor on the other segment, on the same clock (`levelhead sync`).
-        zero: stamp at which the angle is zero; by default the first common one.
+        axes: 1 for a hinge; 2 for an elbow; 3 for flexion, adduction and rotation from a neutral pose at --zero.
+        zero: stamp at which the angles are zero; by default the first common one.
         format: csv with angle and σ, or mot, which OpenSim reads.
         out: folder for UPPER-joint.csv and UPPER-joint.png.
         plot: draw the picture (needs the extra levelhead[plot]).
@@ -42,7 +44,7 @@ def joint(
         raise LevelheadError(f"{upper} is given for both segments; give the log of each")
     require_writable(out)
     with progress("smoothing both logs"):
-        found = find(reading.read(upper), reading.read(lower), zero=zero)
+        found = find(reading.read(upper), reading.read(lower), axes=axes, zero=zero)
     written = [folder(out) / f"{upper.stem}-joint.{format}"]
     write_joint(found, written[0])
     if plot and can_draw():
@@ -56,7 +58,7 @@ def joint(
             "axis_lower": found.axis_lower.tolist(),
             "sigma_axes_deg": list(found.sigma_axes),
             "residual_deg": found.residual,
-            "angle_deg": [float(found.angle.min()), float(found.angle.max())],
+            "angle_deg": [found.angle.min(axis=0).tolist(), found.angle.max(axis=0).tolist()],
             "fault": found.fault,
             "written": [str(path) for path in written],
         }

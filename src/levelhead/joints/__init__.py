@@ -1,64 +1,138 @@
-"""The angle of a joint from a sensor on each of its two segments, without a magnetometer.
+"""The angles of a joint from a sensor on each of its two segments.
 
-``hinge`` finds the axis and the relative heading, ``angle`` the angle and its σ, ``result`` holds both.
+``hinge`` and ``two_axes`` find axes and relative heading, ``angle`` and ``cardan`` the angles and their σ, ``result``
+holds all.
 """
 
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from levelhead.engine.smoothing import smooth
 from levelhead.errors import LevelheadError
 from levelhead.joints.angle import hinge_angle, hinge_sigma
-from levelhead.joints.hinge import MIN_SAMPLES, fit_hinge
+from levelhead.joints.cardan import cardan_angles, cardan_sigma, frames_of_axes, frames_of_pose
+from levelhead.joints.hinge import MIN_SAMPLES, HingeFit, fit_hinge
 from levelhead.joints.result import Joint
+from levelhead.joints.two_axes import about_vertical_frames, fit_two_axes
 from levelhead.recording import Array, Recording
 from levelhead.rotations import interpolate, matrix
 from levelhead.track import Track
 
 MIN_OVERLAP = 5.0  # s
+MAX_SKEW = 1e-3  # of a given rotation
 ABSENT_TILT = np.radians(2.0)  # rad, 1σ of a tilt whose track has no σ
 
 __all__ = ["Joint", "joint"]
 
 
-def joint(upper: Recording | Track, lower: Recording | Track, *, zero: float | None = None) -> Joint:
-    """The angle of a hinge between two segments, each with a sensor in any mounting.
+def joint(
+    upper: Recording | Track,
+    lower: Recording | Track,
+    *,
+    axes: int = 1,
+    frames: tuple[ArrayLike, ArrayLike] | None = None,
+    zero: float | None = None,
+) -> Joint:
+    """The angles of a joint between two segments, each with a sensor in any mounting.
 
-    The axis in either sensor and the relative heading are found from the motion: both sensors have to agree on the
-    direction of the axis at every instant (T. Seel, J. Raisch, T. Schauer, Sensors 14(4), 2014, section 3.1; D. Laidig,
-    D. Lehmann, M.-A. Bégin, T. Seel, IEEE EMBC 2019, eq. 5). No magnetometer is used.
+    **One axis** (knee, finger, robot): the axis in either sensor and the relative heading are found from the motion.
+    Both sensors have to agree on the direction of the axis at every instant (T. Seel, J. Raisch, T. Schauer, Sensors
+    14(4), 2014, section 3.1; D. Laidig, D. Lehmann, M.-A. Bégin, T. Seel, IEEE EMBC 2019, eq. 5).
+
+    **Two axes** (elbow, wrist): likewise, from the constant angle between an axis of the upper and one of the lower
+    segment (D. Laidig, P. Müller, T. Seel, Current Directions in Biomedical Engineering 3(2), 2017).
+
+    **Three axes**: flexion, adduction and rotation by Grood and Suntay. The segments' frames are given, or follow from
+    a neutral pose at ``zero``, with the segments upright, and the axis about which the joint bends most. The relative
+    heading is that of this axis, or that of the tracks where both have north and know it better.
+
+    No magnetometer is used by one and two axes.
 
     Args:
-        upper: the sensor of the segment that counts as fixed; a Recording is smoothed without its magnetometer first.
+        upper: the sensor of the segment that counts as fixed; a Recording is smoothed first, without its magnetometer
+            but for three axes.
         lower: the sensor of the other segment, on the same clock.
-        zero: stamp in s at which the angle is zero; None: the first common stamp.
+        axes: 1, 2 or 3.
+        frames: of three axes: quaternions wxyz or matrices (3, 3) of both segments, from the segment's axes (x forward,
+            y up, z to the right) to its sensor's.
+        zero: stamp in s at which the angles are zero; None: the first common stamp. Given frames make their own zero.
 
     Returns:
         A Joint with the stamps of ``upper`` that both sensors cover.
 
     Raises:
-        LevelheadError: neither a Recording nor a Track, less than 5 s in common, or ``zero`` outside of them.
+        LevelheadError: neither a Recording nor a Track, less than 5 s in common, ``zero`` outside of them, another
+            number of axes, or frames that are no rotations.
     """
-    first, second = _track(upper, "upper"), _track(lower, "lower")
+    if axes not in (1, 2, 3) or (frames is not None and axes != 3):
+        raise LevelheadError(
+            f"axes is {axes!r}; expected 1, 2 or 3{', and 3 with frames' if frames is not None else ''}"
+        )
+    first, second = _track(upper, "upper", axes == 3), _track(lower, "lower", axes == 3)
     t, rows = _common_stamps(first.t, second.t)
     start = t[0] if zero is None else float(zero)
     if not t[0] <= start <= t[-1]:
         raise LevelheadError(f"zero is {start:g} s; expected a stamp between {t[0]:g} and {t[-1]:g} s")
-    upper_axes, lower_axes = matrix(first.quat[rows]), matrix(interpolate(t, second.t, second.quat))
-    fit = fit_hinge(t, upper_axes, lower_axes)
-    angle = hinge_angle(fit, upper_axes, lower_axes)
-    angle -= np.interp(start, t, angle)
-    variance = _tilt_variance(first, t) + _tilt_variance(second, t)
-    sigma = hinge_sigma(fit, lower_axes, variance)
-    return Joint(t, np.degrees(angle), np.degrees(sigma), fit)
+    sensors = matrix(first.quat[rows]), matrix(interpolate(t, second.t, second.quat))
+    tilt = _tilt_variance(first, t) + _tilt_variance(second, t)
+    if axes == 1:
+        fit = fit_hinge(t, *sensors)
+        angle = hinge_angle(fit, *sensors)
+        angle -= np.interp(start, t, angle)
+        return Joint(t, np.degrees(angle), np.degrees(hinge_sigma(fit, sensors[1], tilt)), fit)
+    fit = fit_two_axes(t, *sensors) if axes == 2 else _fit_main_axis(t, sensors, first, second)
+    sensors = about_vertical_frames(sensors[0], fit.heading), sensors[1]
+    row = int(np.argmin(np.abs(t - start)))
+    if frames is not None:
+        segments = _frame(frames[0], "upper"), _frame(frames[1], "lower")
+    elif axes == 2:
+        segments = frames_of_axes(fit)
+    else:
+        segments = frames_of_pose(fit.upper, sensors[0][row], sensors[1][row])
+    on_upper, on_lower = sensors[0] @ segments[0], sensors[1] @ segments[1]
+    angles = cardan_angles(on_upper, on_lower)
+    sigma = cardan_sigma(angles, on_upper, on_lower, tilt, fit.sigma_heading**2)
+    if axes == 2:  # the middle angle is the build of the joint, and has no zero of its own
+        angles[:, [0, 2]] -= [np.interp(start, t, angles[:, i]) for i in (0, 2)]
+    return Joint(t, np.degrees(angles), np.degrees(sigma), fit, axes)
 
 
-def _track(sensor: object, name: str) -> Track:
+def _fit_main_axis(t: Array, sensors: tuple[Array, Array], upper: Track, lower: Track) -> HingeFit:
+    """The axis about which a joint bends most; with the tracks' heading where both have north and know it better."""
+    fit = fit_hinge(t, *sensors)
+    if upper.relative is not False or lower.relative is not False or upper.sigma is None or lower.sigma is None:
+        return fit
+    sigma = np.hypot(np.interp(t, upper.t, upper.sigma[:, 2]), np.interp(t, lower.t, lower.sigma[:, 2]))
+    trusted = not Joint(t, sigma, sigma, fit, 3).fault and np.median(fit.sigma_heading) < np.median(sigma)
+    return fit if trusted else fit._replace(heading=np.zeros(len(t)), sigma_heading=sigma, referenced=True)
+
+
+def _frame(given: ArrayLike, name: str) -> Array:
+    """(3, 3) segment to sensor, of a quaternion or a matrix."""
+    try:
+        values = np.asarray(given, np.float64)
+    except (TypeError, ValueError):
+        values = np.empty(0)
+    if values.shape == (4,) and abs(float(np.linalg.norm(values)) - 1.0) < MAX_SKEW:
+        values = matrix(values[None] / np.linalg.norm(values))[0]
+    if (
+        values.shape != (3, 3)
+        or not np.allclose(values @ values.T, np.eye(3), atol=MAX_SKEW)
+        or np.linalg.det(values) < 0
+    ):
+        raise LevelheadError(
+            f"the frame of the {name} segment is {given!r}; expected a unit quaternion wxyz or a (3, 3) rotation"
+        )
+    return values
+
+
+def _track(sensor: object, name: str, with_mag: bool) -> Track:
     if isinstance(sensor, Track):
         return sensor.to_frame("ENU")
     if isinstance(sensor, Recording):
-        return smooth(replace(sensor, mag=None))
+        return smooth(sensor if with_mag else replace(sensor, mag=None))
     raise LevelheadError(f"{name} is of type {type(sensor).__name__}; expected a Recording or a Track")
 
 

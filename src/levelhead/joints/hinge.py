@@ -46,6 +46,7 @@ class HingeFit(NamedTuple):
     sigma_heading: Array  # (n,) rad
     residual: float  # rad, RMS of |e| over both directions
     spread: float  # rad, RMS of the turn of one sensor in the other: how much the joint moves
+    referenced: bool = False  # heading is that of two tracks with north, and no axis is needed for it
 
 
 class Knots(NamedTuple):
@@ -63,20 +64,20 @@ def fit_hinge(t: Array, upper: Array, lower: Array) -> HingeFit:
     rows = slice(None, None, step)
     when, first, second = t[rows], upper[rows], lower[rows]
     angle, j, k, spread = _start(first, second)
-    knots = _knots(when, when[0], when[-1])
+    knots = knots_between(when, when[0], when[-1])
     heading = np.full(knots.size, angle)
     for _ in range(ITERATIONS):
         normal, gradient, residual = _normal_equations(when, first, second, j, k, heading, knots)
         change = np.asarray(np.linalg.solve(normal, gradient), np.float64)
-        j, k = _turn(j, change[:2]), _turn(k, change[2:4])
+        j, k = turn_axis(j, change[:2]), turn_axis(k, change[2:4])
         heading = heading + change[4:]
         if np.abs(change).max() < CONVERGED:
             break
     covariance = np.asarray(np.linalg.inv(normal), np.float64)
     if j[np.argmax(np.abs(j))] < 0.0:
         j, k = -j, -k
-    every = _knots(t, when[0], when[-1])
-    values, variance = _interpolate(every, heading, covariance[4:, 4:])
+    every = knots_between(t, when[0], when[-1])
+    values, variance = interpolate_heading(every, heading, covariance[4:, 4:])
     return HingeFit(
         upper=j,
         lower=k,
@@ -102,7 +103,7 @@ def _start(upper: Array, lower: Array) -> tuple[float, Array, Array, float]:
     return float(angle), j, k, float(np.arccos(np.clip(values[1], -1.0, 1.0)))
 
 
-def _knots(t: Array, first: float, last: float) -> Knots:
+def knots_between(t: Array, first: float, last: float) -> Knots:
     """Knots from ``first`` to ``last`` s, and the place of each stamp between them."""
     count = int(np.clip(np.ceil((last - first) / KNOT_INTERVAL), 1, MAX_KNOTS)) + 1
     interval = (last - first) / (count - 1)
@@ -111,7 +112,7 @@ def _knots(t: Array, first: float, last: float) -> Knots:
     return Knots(interval, count, before, place - before)
 
 
-def _interpolate(knots: Knots, heading: Array, covariance: Array) -> tuple[Array, Array]:
+def interpolate_heading(knots: Knots, heading: Array, covariance: Array) -> tuple[Array, Array]:
     """(n,) δ in rad and its variance in rad² at the samples."""
     i, share = knots.before, knots.share
     rest = 1.0 - share
@@ -128,7 +129,8 @@ def tangents(axis: Array) -> Array:
     return np.stack([first, np.cross(axis, first)], axis=1)
 
 
-def _turn(axis: Array, angles: Array) -> Array:
+def turn_axis(axis: Array, angles: Array) -> Array:
+    """A unit vector moved by two small angles (rad) along its tangents."""
     turned = axis + tangents(axis) @ angles
     result: Array = turned / np.linalg.norm(turned)
     return result
@@ -170,17 +172,17 @@ def _normal_equations(
         for column, other in hats:
             np.add.at(normal, (row, column), hat * other * square_heading)
     normal[:4, 4:] = normal[4:, :4].T
-    _add_walk(normal, gradient, heading, knots.interval)
+    add_walk(normal, gradient, heading, knots.interval, 4)
     return normal, gradient, float(np.sqrt(np.mean(square)))
 
 
-def _add_walk(normal: Array, gradient: Array, heading: Array, interval: float) -> None:
-    """The random walk of δ from knot to knot."""
+def add_walk(normal: Array, gradient: Array, heading: Array, interval: float, first: int) -> None:
+    """The random walk of δ from knot to knot; the knots are the parameters from ``first`` on."""
     weight = 1.0 / (HEADING_WALK**2 * interval)
     step = weight * np.diff(heading)
-    gradient[4:-1] += step
-    gradient[5:] -= step
-    place = np.arange(4, len(gradient) - 1)
+    gradient[first:-1] += step
+    gradient[first + 1 :] -= step
+    place = np.arange(first, len(gradient) - 1)
     normal[place, place] += weight
     normal[place + 1, place + 1] += weight
     normal[place, place + 1] -= weight

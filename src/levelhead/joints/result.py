@@ -14,18 +14,21 @@ MAX_RESIDUAL = 15.0  # degrees: a residual of the axis beyond that of soft tissu
 
 @dataclass(frozen=True, eq=False)
 class Joint:
-    """The angle of a hinge.
+    """The angles of a joint.
 
     Attributes:
         t: (n,) s.
-        angle: (n,) degrees, continuous; positive where the lower segment turns about the axis by the right hand.
-        sigma: (n,) degrees, 1σ of the angle after a constant.
+        angle: degrees; of a hinge (n,), continuous, positive where the lower segment turns about the axis by the right
+            hand; of more axes (n, 3): about the axis of the upper segment, the floating one, that of the lower segment.
+        sigma: degrees, 1σ of the angles after a constant, of the same shape.
+        axes: 1, 2 or 3.
     """
 
     t: Array
     angle: Array
     sigma: Array
     fit: HingeFit = field(repr=False)
+    axes: int = 1
 
     @property
     def axis_upper(self) -> Array:
@@ -55,16 +58,21 @@ class Joint:
     @property
     def fault(self) -> str:
         """A sentence on why the angle cannot be trusted; "" where it can."""
+        if self.fit.referenced:
+            return ""
         spread = float(np.degrees(self.fit.spread))
         if spread < MIN_SPREAD:
+            about = "about its second axis " if self.axes == 2 else ""
             return (
-                f"the joint moves by {spread:.2g}° RMS; its axis cannot be found below {MIN_SPREAD:g}°. "
-                "Record a motion that bends the joint"
+                f"the joint moves {about}by {spread:.2g}° RMS; its axes cannot be found below {MIN_SPREAD:g}°. "
+                "Record a motion that bends the joint about each"
             )
         if self.residual > MAX_RESIDUAL:
+            more = "give tracks with north" if self.axes == 3 else f"give axes={self.axes + 1}"
             return (
-                f"the sensors disagree on the axis by {self.residual:.2g}° RMS: this joint has more than one axis, or "
-                "the clocks of the sensors differ. `levelhead.align` shows a shift"
+                f"the sensors disagree on the axis by {self.residual:.2g}° RMS: this joint has more than "
+                f"{'one axis' if self.axes != 2 else 'two axes'} ({more}), or the clocks of the sensors differ. "
+                "`levelhead.align` shows a shift"
             )
         if max(self.sigma_axes) > MAX_AXIS_SIGMA:
             return (
@@ -74,8 +82,8 @@ class Joint:
         return ""
 
     def __repr__(self) -> str:
-        spread = float(np.ptp(self.angle))
+        span = ", ".join(f"{one:.0f}°" for one in np.atleast_1d(np.ptp(self.angle, axis=0)))
         return (
-            f"Joint({len(self.t)} samples, range {spread:.0f}°, σ {np.median(self.sigma):.2g}°"
+            f"Joint({len(self.t)} samples, range {span}, σ {np.median(self.sigma):.2g}°"
             f"{', not trusted: ' + self.fault if self.fault else ''})"
         )
