@@ -155,4 +155,4 @@ def test_a_real_hinge_has_no_adduction_and_no_second_axis():
 def test_a_pose_with_the_axis_upright_is_refused():
     (upper, lower), _ = chain(second=0.0)
     with pytest.raises(lh.LevelheadError, match="from the vertical; expected a neutral pose"):
-        lh.joint(upper, lower, axes=3)
+        lh.joint(upper, lower, axes=3, zero=2.5)
