@@ -79,3 +79,19 @@ def test_a_compass_with_tilt_taken_out(example):
     said("may be held askew", errors["x and y alone"], "° RMS by x and y alone")
     said("by x and y alone", errors["tilt-compensated"], "° with tilt taken out")
     said("(`Triad`)", errors["filtered"], "° filtered")
+
+
+def test_the_path_of_a_foot_closes_and_stairs_stay(example):
+    walk = example("walk")
+    level = walk.walk()
+    found = walk.lh.gait(level)
+    assert found.gap < 0.1
+    assert np.linalg.norm(walk.dead_reckoning(level)[-1]) > 5.0
+    climb = walk.lh.gait(walk.walk(walk.STAIR)).track.position[-1, 2]
+    assert climb == pytest.approx(walk.STRIDES * walk.STAIR, rel=0.05)
+
+
+def test_an_elbow_is_found_from_two_sensors(example):
+    found, errors = example("elbow").angles_of()
+    assert found.fault == ""
+    assert np.sqrt(np.mean(errors**2, axis=0)).max() < 0.5
