@@ -1,4 +1,4 @@
-"""Builds the page that reads a log in the browser itself: static files, for the site.
+"""Builds the pages that run in the browser alone, as static files: the lesson with sliders, and a log that is dropped.
 
 python web/try_page.py build/site/try [FILTER …]    after `make page`; NumPy for Pyodide comes from PYODIDE_DIST
 
@@ -16,7 +16,11 @@ import sys
 import zipfile
 from pathlib import Path
 
+import numpy as np
+
 from levelhead import filters
+from levelhead.publish.dashboard.block import pack_block
+from levelhead.simulate.lesson import GYR_NOISE, INTERVAL, lesson
 
 WEB = Path(__file__).resolve().parent
 SOURCE = WEB.parent / "src"
@@ -36,6 +40,8 @@ def build(target: Path, release: Path, names: list[str]) -> None:
         sys.exit(f"{wheel} is missing, or its hash is not {numpy['sha256']}; see docs/howto/view.md")
     shutil.copy(wheel, folder)
     export_filters(target / "filters", names)
+    export_filters(target / "lesson", ["GyroIntegration", "Complementary", "Kalman"], "--guard", "off")
+    (target / "lesson.bin").write_bytes(lesson_block())
     with (target / "licences.txt").open("a") as licences:
         licences.write(f"\n{'-' * 80}\n\npyodide, MPL-2.0, with CPython (PSF-2.0) and NumPy (BSD-3-Clause)\n")
     with zipfile.ZipFile(target / "levelhead.zip", "w", zipfile.ZIP_DEFLATED) as archive:
@@ -44,18 +50,29 @@ def build(target: Path, release: Path, names: list[str]) -> None:
                 archive.write(path, path.relative_to(SOURCE))
 
 
-def export_filters(folder: Path, names: list[str]) -> None:
+def export_filters(folder: Path, names: list[str], *options: str) -> None:
     """Writes a package for each filter, and which folder holds which."""
     folder.mkdir()
-    index = {}
+    command = [sys.executable, "-m", "levelhead", "export", "--wasm", "-o", str(folder), *options]
     for name in names:
-        subprocess.run(
-            [sys.executable, "-m", "levelhead", "export", name, "--wasm", "-o", str(folder)],
-            check=True,
-            stdout=subprocess.DEVNULL,
+        subprocess.run([*command, name], check=True, stdout=subprocess.DEVNULL)
+        next(path for path in folder.iterdir() if path.name.replace("-", "") == f"lh{name.lower()}").rename(
+            folder / f"lh-{name.lower()}"
         )
-        index[name] = next(path.name for path in folder.iterdir() if path.name not in index.values() and path.is_dir())
-    (folder / "index.json").write_text(json.dumps(index))
+    (folder / "index.json").write_text(json.dumps({name: f"lh-{name.lower()}" for name in names}))
+
+
+def lesson_block() -> bytes:
+    """The lesson in its parts, so that the page can give each error another size; ° and °/s."""
+    plain, noisy = (lesson(accel_noise=size, bias_walk=size) for size in (0.0, 1.0))
+    angle = np.degrees(2.0 * np.arctan2(plain.truth.quat[:, 1], plain.truth.quat[:, 0]))
+    accel, accel_noisy = (np.degrees(np.arctan2(one.acc[:, 1], one.acc[:, 2])) for one in (plain, noisy))
+    rate = np.gradient(angle, INTERVAL)
+    columns = {
+        "t": plain.t, "angle": angle, "accel": accel, "accel_unit": accel_noisy - accel, "rate": rate,
+        "rate_unit": (np.degrees(plain.gyr[:, 0]) - rate) / GYR_NOISE, "bias_unit": np.degrees(noisy.truth.bias[:, 0]),
+    }  # fmt: skip
+    return pack_block({}, columns)
 
 
 if __name__ == "__main__":

@@ -23,7 +23,7 @@ import pytest
 
 import levelhead as lh
 from levelhead.errors import LevelheadError
-from levelhead.evaluate import evaluate
+from levelhead.evaluate import compare, evaluate
 from levelhead.filters.health import FAULTS
 from levelhead.live import Node, open_source
 from levelhead.publish.dashboard.block import pack_block, unpack_block
@@ -311,6 +311,29 @@ def test_a_log_is_read_in_the_browser_itself(browser, try_page, tmp_path):
         assert str(lh.interpret(log)).partition("\n")[2].splitlines()[0] in page.inner_text("#side")
         check_accessibility(page)
         assert wrong == []
+    finally:
+        page.close()
+
+
+@pytest.mark.full
+@pytest.mark.slow
+def test_the_lesson_runs_on_modules_alone(browser, try_page):
+    """Its figures are those of `levelhead demo`, and a slider changes them."""
+    from levelhead.cli.demo import LESSON
+
+    rows = compare(lh.simulate.lesson(42), LESSON[:4], guard=None).rows
+    page = browser.new_page()
+    page.set_default_timeout(1000.0 * PATIENCE)
+    try:
+        page.goto(f"{try_page}lesson.html")
+        page.wait_for_selector("body[data-ready]")
+        assert page.locator("#figures td").all_inner_texts() == [f"{row.score.total:.4f}°" for row in rows]
+        check_accessibility(page)
+        page.get_by_label("r_measure, as a number").fill("0.5")
+        page.keyboard.press("Enter")
+        params = lh.Kalman(r_measure=0.5, q_per_sample=True)
+        (row,) = compare(lh.simulate.lesson(42), [params], guard=None).rows
+        eventually(lambda: page.locator("#figures td").last.inner_text() == f"{row.score.total:.4f}°")
     finally:
         page.close()
 

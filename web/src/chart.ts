@@ -14,7 +14,7 @@ const SPIKES = 0.004; // share of values at either end that do not widen a chart
 export interface Line {
   label: string; colour: string; curve: Curve; wraps?: boolean; dash?: boolean; optional?: boolean; band?: [Curve, Curve];
 }
-export interface ChartContent { id: string; title: string; unit: string; digits: number; least: number; lines: Line[]; note?: string }
+export interface ChartContent { id: string; title: string; unit: string; digits: number; least: number; lines: Line[]; note?: string; ruler?: boolean }
 
 export class Chart {
   readonly element: HTMLElement;
@@ -67,7 +67,10 @@ export class Chart {
       cursor: { drag: { x: true, y: false, setScale: false, dist: 4 }, y: false, points: { size: 6 }, sync: { key: "time" } },
       scales: { x: { time: false, range: () => [this.time.low, this.time.high] }, y: { range: (plot) => this.range(plot) } },
       axes: [
-        { show: true, size: 0, grid, ticks: { show: false }, values: (_, splits) => splits.map(() => "") },
+        {
+          size: this.content.ruler ? 22 : 0, font, stroke: colour("soft"), grid, ticks: { show: false }, gap: 2,
+          values: (_, splits) => splits.map((t) => (this.content.ruler ? this.time.words(t, 0) : "")),
+        },
         {
           size: AXIS, font, stroke: colour("soft"), grid, ticks: { show: false }, gap: 6,
           space: 24, incrs: this.content.unit === "°" ? ANGLE_STEPS : undefined, values: (_, splits) => splits.map(axisWords),
