@@ -1,6 +1,6 @@
 // Bundles the page into the package, with a list of what it contains and under which licence.
 //   node build.mjs           the page of `levelhead view`
-//   node build.mjs try DIR   the pages that run in the browser alone: the lesson, and a log
+//   node build.mjs try DIR   the pages that run in the browser alone: the lesson, a log, a phone
 import { cpSync, mkdirSync, readFileSync, rmSync, writeFileSync } from "node:fs";
 import { build } from "esbuild";
 
@@ -8,12 +8,12 @@ const here = process.argv[2] !== "try", target = here ? "../src/levelhead/publis
 rmSync(target, { recursive: true, force: true });
 mkdirSync(target, { recursive: true });
 const { metafile } = await build({
-  entryPoints: { ...(here ? { app: "src/main.ts" } : { app: "src/try.ts", worker: "src/worker.ts", lesson: "src/lesson.ts" }), style: "src/style.css" },
+  entryPoints: { ...(here ? { app: "src/main.ts" } : { app: "src/try.ts", worker: "src/worker.ts", lesson: "src/lesson.ts", phone: "src/phone.ts" }), style: "src/style.css" },
   outdir: target, bundle: true, minify: true, format: "esm", target: "es2022", metafile: true, legalComments: "none",
   logLevel: "warning",
 });
 cpSync(here ? "index.html" : "try.html", `${target}/index.html`);
-if (!here) cpSync("lesson.html", `${target}/lesson.html`);
+if (!here) for (const page of ["lesson.html", "phone.html"]) cpSync(page, `${target}/${page}`);
 cpSync("../docs/_static/logo.svg", `${target}/logo.svg`);
 
 const packages = new Set(Object.keys(metafile.inputs).filter((path) => path.startsWith("node_modules/"))

@@ -338,6 +338,32 @@ def test_the_lesson_runs_on_modules_alone(browser, try_page):
         page.close()
 
 
+LYING_ON_A_SLOPE = """() => {
+  const force = { x: 0, y: 9.81 * Math.sin(Math.PI / 6), z: 9.81 * Math.cos(Math.PI / 6) };
+  setInterval(() => {
+    dispatchEvent(new DeviceOrientationEvent("deviceorientation", { alpha: 0, beta: 30, gamma: 0 }));
+    const rotationRate = { alpha: 0, beta: 0, gamma: 0 };
+    dispatchEvent(new DeviceMotionEvent("devicemotion", { accelerationIncludingGravity: force, rotationRate }));
+  }, 10);
+}"""
+
+
+@pytest.mark.full
+@pytest.mark.slow
+def test_a_phone_is_its_own_sensor(browser, try_page):
+    page = browser.new_page(viewport={"width": 390, "height": 844})
+    page.set_default_timeout(1000.0 * PATIENCE)
+    try:
+        page.goto(f"{try_page}phone.html")
+        page.wait_for_selector("body[data-ready]")
+        check_accessibility(page)
+        page.click("#start")
+        page.evaluate(LYING_ON_A_SLOPE)
+        eventually(lambda: page.locator("#figures td").all_inner_texts() == ["+30.0°", "+0.0°", "+0.0°"] * 3)
+    finally:
+        page.close()
+
+
 @pytest.mark.slow
 def test_the_curves_of_the_page():
     """Node's own test runner: what is drawn of a stretch, gaps, angles without jumps."""

@@ -20,8 +20,10 @@ export const byId = <T extends HTMLElement>(id: string) => document.getElementBy
 /** A colour of the style sheet. */
 export const colour = (name: string) => getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim();
 
-export const signed = (value: number, digits = 1) =>
-  Number.isFinite(value) ? `${value < 0 ? "−" : "+"}${Math.abs(value).toFixed(digits)}` : "–";
+export function signed(value: number, digits = 1): string {
+  const size = Math.abs(value).toFixed(digits);
+  return !Number.isFinite(value) ? "–" : `${value < 0 && Number(size) !== 0 ? "−" : "+"}${size}`;
+}
 
 /** A canvas that fills its element, sharp on every screen; gives its context and size in CSS pixels. */
 export function fitCanvas(canvas: HTMLCanvasElement): { context: CanvasRenderingContext2D; width: number; height: number } {
