@@ -266,3 +266,16 @@ def test_a_real_reference_in_a_vendors_habit(data_dir, trial):
     assert found.convention == Convention("xyzw", False, "NED", "forward-right-down")
     assert found.shift == pytest.approx(50.0417, abs=1e-3) and found.heading == pytest.approx(-3.0, abs=0.1)
     assert found.unambiguous and found.after < 1.0
+
+
+def test_the_correlation_of_each_shift_is_that_of_the_common_part():
+    """NumPy's coefficient over the samples that both have, at shifts that leave half of them and more."""
+    rng = np.random.default_rng(5)
+    a, b = np.cumsum(rng.normal(size=60)) + 5.0, np.cumsum(rng.normal(size=50)) - 3.0  # walks: parts have other means
+    a[20:24] = np.nan
+    found = correlation(a, b)
+    for k in (-20, -3, 0, 7, 20):
+        i = np.arange(max(0, -k), min(len(b), len(a) - k))
+        known = np.isfinite(a[i + k])
+        wanted = np.corrcoef(a[i + k][known], b[i][known])[0, 1]
+        assert found[k + len(b) - 1] == pytest.approx(wanted, abs=1e-9), k

@@ -7,8 +7,9 @@ import pytest
 
 import levelhead as lh
 from levelhead import LevelheadError, NoiseModel, measure_noise, simulate
-from levelhead.noise.assessment import noise_verdict
+from levelhead.noise.assessment import ROWS, _instability, noise_verdict
 from levelhead.noise.measure import longest
+from levelhead.noise.model import Coefficient, TriadNoise
 from levelhead.signals.rest import still_stretches
 
 pytest.importorskip("scipy")
@@ -171,3 +172,19 @@ def test_noise_below_a_bit_is_said():
     values = np.round(random.standard_normal((12_000, 3)) * 0.02 / 0.08) * 0.08 + [0.0, 0.0, 9.81]
     model = lh.measure_noise(lh.Recording(np.arange(12_000) / 100.0, 1e-3 * values, values))
     assert any("so that N is of the rounding: set a smaller full scale" in line for line in noise_verdict(model))
+
+
+def test_numbers_are_printed_in_the_units_of_data_sheets():
+    def three(value):
+        return Coefficient(*(np.full(3, factor * value) for factor in (1.0, 0.1, 0.8, 1.2)))
+
+    gyr = TriadNoise.of(
+        100.0, {
+            "white_noise_density": three(np.radians(0.01)), "bias_instability": three(np.radians(10.0 / 3600.0)),
+            "random_walk": three(np.radians(1e-4)), "quantisation_noise": three(0.0),
+        }
+    )  # fmt: skip
+    cells = {row.words: row.cells(gyr)[0] for row in ROWS if row.name == "gyr"}
+    assert cells["white noise N"] == "0.01 ± 0.001" and cells["bias instability B"] == "10 ± 1"
+    assert cells["the same as angle random walk"] == "0.6 ± 0.06"
+    assert _instability("gyr", gyr, 600.0).startswith("gyroscope: bias instability x 10, y 10, z 10 deg/h")

@@ -1,7 +1,7 @@
 """ESKF: the filter that calibrates its sensor while it runs.
 
 Beside attitude and velocity it estimates the errors of gyroscope, accelerometer and magnetometer, in the error-state
-form of J. Solà. Equations have the numbers of docs/self-calibration.md, where all of them stand with their reasons.
+form of J. Solà. docs/explanation/self-calibration.md derives the equations, with the same numbers.
 With ^ on estimates, and ω, a, μ for the readings of the sensors,
 
     R = exp([θ]×) R^,   everything else x = x^ + δx                                                             (1)

@@ -9,7 +9,7 @@ MILLI = 1e-3
 
 # Unasked, ``tune`` searches four, of the body's motion and of the room. The rest is the sensor's noise (``levelhead
 # noise`` measures it), what the filter learns while it runs, the start and the gates; all at once fit the log on which
-# they were found (docs/tuning.md).
+# they were found (docs/howto/tuning.md).
 
 
 @parameters(tuned=("velocity_density", "body_velocity", "mag_noise", "mag_place"))

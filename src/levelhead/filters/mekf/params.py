@@ -6,7 +6,7 @@ from levelhead.filters.parameters import nonnegative, parameters, positive
 from levelhead.units import DEGREE
 
 # Unasked, ``tune`` searches what depends on the motion and the room. The rest is the sensor's noise (``levelhead
-# noise`` measures it) and the start; searched as well it gains nothing on other recordings (docs/tuning.md).
+# noise`` measures it) and the start; searched as well it gains nothing on other recordings (docs/howto/tuning.md).
 
 
 @parameters(tuned=("gyr_noise_per_rate", "acc_motion", "acc_tau", "mag_noise"))
