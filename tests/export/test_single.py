@@ -70,9 +70,20 @@ def huge(a: float) -> float:
     return a * HUGE
 
 
+@kernel
+def below(a: float) -> float:
+    return a + -1e60
+
+
 def test_with_file_and_line_or_name():
     with pytest.raises(LevelheadError, match=rf"test_single.py:{tiny.__code__.co_firstlineno + 2}: 1e-60 cannot be"):
         translated(tiny, FLOAT, real="float")
     with pytest.raises(LevelheadError, match="the constant HUGE of tests.export.test_single: 1e\\+60 is out of"):
         translated(huge, FLOAT, real="float")
     translated(tiny, FLOAT), translated(huge, FLOAT)
+
+
+def test_double_has_what_single_precision_cannot_hold():
+    assert "a + -1e60" in translated(below, FLOAT)[2]
+    with pytest.raises(LevelheadError, match=rf"test_single.py:{below.__code__.co_firstlineno + 2}: 1e\+60 cannot be"):
+        translated(below, FLOAT, real="float")

@@ -40,7 +40,6 @@ BOARDS = {  # flash less the boot loader; data sheets of the chips and boards.tx
 SKETCH_FLASH, SKETCH_RAM, SKETCH_STACK = 9_500, 490, 260  # of Wire, Serial and the sketch itself, on an AVR
 OPERATION, MOVE = 20, 34  # bytes of flash, of an operation in software with its operands, and of a number moved
 AXIS_FLASH, AXIS_STACK = 6_300, 280  # of the largest filter of one axis
-ARRAY_FLASH, ARRAY_STACK = 118_000, 4_300  # of ESKF
 SYSTEM32 = 8_192  # bytes of RAM that a core of 32 bits keeps for itself, at least
 
 Api = ImuApi | AxisApi
@@ -66,8 +65,6 @@ def memory(api: Api, board: TargetBoard) -> Memory:
     filter_size = api.size(Machine("", real, board.machine.alignment))
     if isinstance(api, AxisApi):
         flash, stack = AXIS_FLASH, AXIS_STACK
-    elif api.has_arrays:
-        flash, stack = ARRAY_FLASH, ARRAY_STACK
     else:
         operations, moves = api.program.counts()
         flash, stack = OPERATION * operations + MOVE * moves, 200 + operations // 7

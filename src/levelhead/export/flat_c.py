@@ -400,7 +400,13 @@ class Body:
     def _constant(self, node: Operand) -> tuple[str, int]:
         if node.kind == BOOL:
             return str(bool(node.content)).lower(), PRIMARY
-        text = self._writer.types.number(node.content) if node.kind == FLOAT else str(node.content)
+        try:
+            text = self._writer.types.number(node.content) if node.kind == FLOAT else str(node.content)
+        except OverflowError as error:
+            source = read_source(node.origin or self._procedure.function)
+            constants = (one for one in ast.walk(source.tree) if isinstance(one, ast.Constant))
+            at = next((one for one in constants if one.value == node.content), source.tree)
+            raise source.refuse(at, f"{node.content!r} cannot be a constant: {error}") from None
         return text, UNARY if text.startswith("-") else PRIMARY
 
     def _operation(self, node: Operand) -> tuple[str, int]:

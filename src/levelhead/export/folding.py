@@ -48,13 +48,21 @@ def fold(op: str, given: Sequence[Operand], constant: Constant) -> Operand | Non
         return constant(COMPARE[op](*numbers))
     if op in COMPUTE and all(node.op == "const" for node in given):
         result = COMPUTE[op](*numbers)
-        if all(isinstance(value, int) or single(value) == value for value in (*numbers, result)):
+        if all(isinstance(value, int) or _is_single(value) for value in (*numbers, result)):
             return constant(result)
     if op in ("sqrt", "/") and all(node.op == "const" for node in given):
         exact = _exact_root(*numbers) if op == "sqrt" else _exact_quotient(*numbers)
         if exact is not None:
             return constant(exact)
     return _neutral(op, given, constant)
+
+
+def _is_single(value: float) -> bool:
+    """Whether single precision has a number as it is."""
+    try:
+        return single(value) == value
+    except OverflowError:
+        return False
 
 
 def _exact_root(square: float) -> float | None:

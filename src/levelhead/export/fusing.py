@@ -3,6 +3,9 @@
 A sample that the driver conditions is either the first or not, and what follows asks the same once more.
 """
 
+from collections.abc import Iterable
+from dataclasses import dataclass
+
 from levelhead.export.graph import Branch, Call, Item, Items, Loop, Operand, Put, Store
 
 
@@ -27,8 +30,9 @@ def _join(first: Branch, second: Branch, loads: list[Operand]) -> None:
     for k in (0, 1):
         instead = {phi: phi.arguments[k] for phi in first.phis.values()}
         instead |= {load: first.contents[k][load.content[0]] for load in between}
+        substitution = _Substitution(instead, second.arms[k], first.arms[k])
         for item in second.arms[k].items:
-            _replace(item, instead, second.arms[k], first.arms[k])
+            substitution.apply(item)
         contents = {place: instead.get(node, node) for place, node in second.contents[k].items()}
         second.contents = (contents, second.contents[1]) if k == 0 else (second.contents[0], contents)
         for phi in second.phis.values():
@@ -53,34 +57,53 @@ def _join(first: Branch, second: Branch, loads: list[Operand]) -> None:
     first.homed |= second.homed
 
 
-def _replace(item: Item, instead: dict[Operand, Operand], old: Items, new: Items) -> None:
-    """Puts the values of an arm where an item has those that either arm might give, and the item into its new block."""
-    if isinstance(item, Operand):
-        item.arguments = tuple(instead.get(node, node) for node in item.arguments)
-        item.block = new if item.block is old else item.block
-    elif isinstance(item, Store):
-        item.value = instead.get(item.value, item.value)
-    elif isinstance(item, Put):
-        item.value = instead.get(item.value, item.value)
-        item.indices = tuple(instead.get(node, node) for node in item.indices)
-    elif isinstance(item, Loop):
-        item.bounds = tuple(instead.get(node, node) for node in item.bounds)
-        item.block = new if item.block is old else item.block
-        for phi in item.carried:
-            phi.arguments = tuple(instead.get(node, node) for node in phi.arguments)
-        for inner in item.arms[0].items:
-            _replace(inner, instead, old, new)
-    elif isinstance(item, Call):
-        item.arguments = [instead.get(node, node) for node in item.arguments]
-        for node in item.results:
-            node.block = new if node.block is old else node.block
-    else:
-        item.condition = instead.get(item.condition, item.condition)
-        item.block = new if item.block is old else item.block
-        for phi in item.phis.values():
-            phi.arguments = tuple(instead.get(node, node) for node in phi.arguments)
-            phi.block = new if phi.block is old else phi.block
-        item.contents = tuple({p: instead.get(n, n) for p, n in held.items()} for held in item.contents)  # type: ignore[assignment]
+@dataclass(frozen=True)
+class _Substitution:
+    """Puts the values of an arm where an item has those of either arm, and the item into the arm's block."""
+
+    values: dict[Operand, Operand]
+    old: Items
+    new: Items
+
+    def of(self, nodes: Iterable[Operand]) -> tuple[Operand, ...]:
+        """What stands for some nodes."""
+        return tuple(self.values.get(node, node) for node in nodes)
+
+    def apply(self, item: Item) -> None:
+        """Substitutes in an item and in those within it."""
+        if isinstance(item, Operand):
+            item.arguments = self.of(item.arguments)
+            self._move(item)
+        elif isinstance(item, Store):
+            (item.value,) = self.of((item.value,))
+        elif isinstance(item, Put):
+            item.value, *indices = self.of((item.value, *item.indices))
+            item.indices = tuple(indices)
+        elif isinstance(item, Call):
+            item.arguments = list(self.of(item.arguments))
+            for node in item.results:
+                self._move(node)
+        elif isinstance(item, Loop):
+            item.bounds = self.of(item.bounds)
+            self._apply_within(item, item.carried)
+        else:
+            self._apply_to_branch(item)
+
+    def _apply_to_branch(self, branch: Branch) -> None:
+        (branch.condition,) = self.of((branch.condition,))
+        for phi in branch.phis.values():
+            self._move(phi)
+        one, other = (dict(zip(held, self.of(held.values()), strict=True)) for held in branch.contents)
+        branch.contents = one, other
+        self._apply_within(branch, branch.phis.values())
+
+    def _apply_within(self, item: Branch | Loop, phis: Iterable[Operand]) -> None:
+        self._move(item)
+        for phi in phis:
+            phi.arguments = self.of(phi.arguments)
         for arm in item.arms:
             for inner in arm.items:
-                _replace(inner, instead, old, new)
+                self.apply(inner)
+
+    def _move(self, item: Operand | Branch | Loop) -> None:
+        item.block = self.new if item.block is self.old else item.block

@@ -57,7 +57,7 @@ class Operand:
         shape: of an array.
         block: where it is computed; None for what is not computed.
         hint: the variable of the kernel that holds it.
-        origin: the kernel that computes it.
+        origin: the kernel that computes it, or in which a constant stands.
         after: the item of the block behind which a load is what lies at its place; None: its beginning.
     """
 

@@ -7,8 +7,23 @@ import ast
 from collections.abc import Sequence
 
 from levelhead.compiler.mark import KernelFunction
+from levelhead.errors import LevelheadError
 from levelhead.export.folding import fold, invert
-from levelhead.export.graph import ARRAY, BOOL, FLOAT, INT, Items, Operand, Place, Record, RecordField, Value
+from levelhead.export.graph import (
+    ARRAY,
+    BOOL,
+    FLOAT,
+    INT,
+    Items,
+    Operand,
+    Place,
+    Put,
+    Record,
+    RecordField,
+    Value,
+    are_exclusive,
+    items_within,
+)
 from levelhead.export.type_table import annotations
 from levelhead.open_types import Untyped
 
@@ -83,6 +98,36 @@ class GraphBuilder:
     def memory(self, place: Place, shape: tuple[int, ...]) -> Operand:
         """The array of the field at a place."""
         return self.memories.setdefault(place.members[-1], Operand("memory", (), ARRAY, place, shape=shape))
+
+    def claim(self, array: Operand, place: Place) -> None:
+        """An array goes into a record: the one that every record has in that field, or the first that is made for it.
+
+        Raises:
+            LevelheadError: it is another one.
+        """
+        member = place.members[-1]
+        array_is: RecordField | None
+        if array.op == "argument":
+            array_is = self.claims.setdefault(array, place).members[-1]
+        elif array.op == "local" and not self._is_used(self.memories.get(member), array):
+            before = self.memories.setdefault(member, array)
+            array.op, array.content, array_is = "memory", before.content or place, member
+        else:
+            array_is = array.content.members[-1] if array.op == "memory" else None
+        if array_is != member:
+            owner = member.owner.__name__
+            raise LevelheadError(f"the array {owner}.{member.name} is made once, by init, and written in place")
+
+    def _is_used(self, array: Operand | None, beside: Operand) -> bool:
+        """Whether an array is used beside another one that is made in this procedure."""
+        if array is None:
+            return False
+        assert beside.block is not None
+        for block, item in items_within(self.body):
+            given = (item.array,) if isinstance(item, Put) else getattr(item, "arguments", ())
+            if array in given and not are_exclusive(block, beside.block):
+                return True
+        return False
 
     def element(self, array: Operand, indices: Sequence[Operand]) -> Operand:
         """An element of an array as it is now, or a row of it."""

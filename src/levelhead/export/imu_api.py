@@ -8,7 +8,7 @@ from levelhead.export import sensor
 from levelhead.export.c_api import CApi, health_bits
 from levelhead.export.config import ExportConfig
 from levelhead.export.flat_program import FlatProgram, Root
-from levelhead.export.graph import ARRAY, Operand, Place, Record, RecordField, Value, leaves
+from levelhead.export.graph import Operand, Place, Record, RecordField, Value
 from levelhead.export.kinds import FLOAT, Struct, is_empty
 from levelhead.export.layout import STEP, join_lines, template
 from levelhead.export.procedures import like
@@ -25,18 +25,13 @@ TYPES = {"quaternion": "quat", "bias": "vec3", "sigma": "vec3"}
 
 
 class ImuApi(CApi):
-    """A filter on an IMU, with the driver around it: NaN, gaps, the guard, sigma and health are those of Python.
-
-    Attributes:
-        has_arrays: whether its state has arrays.
-    """
+    """A filter on an IMU, with the driver around it: NaN, gaps, the guard, sigma and health are those of Python."""
 
     def __init__(self, config: ExportConfig) -> None:
         super().__init__(config)
         frozen = (type(config.settings), type(config.params), Guard) if "parameters" in config.without else ()
         self.fields, self._learned = sensor.learned_errors(config)
         self._carry = config.begin()
-        self.has_arrays = any(leaf.kind == ARRAY for leaf in leaves(like(self._carry)))
         self.program = FlatProgram(
             config.name, config.real, list(self._roots()), self._carry, self._kept(), frozen, prefixes()
         )

@@ -36,6 +36,7 @@ GENERATOR = (  # what makes C of kernels, beside the kernels themselves
     *(
         f"export/{name}.py"
         for name in (
+            "calling",
             "constants",
             "flat_c",
             "flat_program",
@@ -46,6 +47,7 @@ GENERATOR = (  # what makes C of kernels, beside the kernels themselves
             "homing",
             "kinds",
             "liveness",
+            "merging",
             "names",
             "native",
             "plan",

@@ -67,7 +67,6 @@ class Procedure:
         parts: of its arguments, each with a value like those that it takes.
         by_place: the parameters that are records at a place.
         graph: its items.
-        tracer: what has made them.
         least: numbers from which a record is passed by its place.
         answer: its result: a number of ``returned``, the parameter at whose place it lies, or (class, answers).
         returned: the numbers that it returns.
@@ -81,7 +80,6 @@ class Procedure:
     function: KernelFunction
     name: str
     graph: GraphBuilder
-    tracer: Tracer
     least: int = BY_PLACE
     parts: list[tuple[Part, Value]] = field(default_factory=list)
     by_place: dict[str, type] = field(default_factory=dict)
@@ -203,7 +201,7 @@ def _trace_procedure(
     tracer = Tracer(callees, read_only)
     tracer.graph.homes |= own or {}
     hints = annotations(function)
-    made = Procedure(function, name, tracer.graph, tracer, least)
+    made = Procedure(function, name, tracer.graph, least)
     values = []
     for i, (argument, value) in enumerate(zip(read_source(function).tree.args.args, given, strict=True)):
         named = argument.arg
@@ -293,12 +291,13 @@ def _is_placed(made: Procedure, value: Record, taken: set[str]) -> bool:
 def _put(made: Procedure, value: Value, name: str) -> None:
     for place, node in placed_leaves(value, Place(name, ())):
         if node.kind == ARRAY:
-            made.tracer.claim(node, place)
+            made.graph.claim(node, place)
         elif made.graph.contents.get(place) is not node:
             made.graph.body.items.append(Store(place, node, True))
 
 
 def _note_effects(made: Procedure) -> None:
+    """Fills in what a procedure reads and writes at the places of its parameters, and into which arrays it puts."""
     partly: set[Place] = set()
     for block, item in items_within(made.graph.body):
         written: dict[Place, str] = {}
@@ -307,12 +306,8 @@ def _note_effects(made: Procedure) -> None:
         elif isinstance(item, Put):
             made.puts.add(item.array)
         elif isinstance(item, Call):
-            for inner, kind in item.procedure.writes.items():
-                written[outer_place(item, inner)] = kind
-            for array in item.procedure.puts:
-                made.puts.add(item.procedure.outside(array, item, made.graph).base)
-            found = (node for node in item.reads.values() if node.op == "load" and not isinstance(node.after, Call))
-            made.reads |= {node.content[0] for node in found}
+            written = {outer_place(item, inner): kind for inner, kind in item.procedure.writes.items()}
+            _note_call(made, item)
         made.writes |= {place: kind for place, kind in written.items() if place.root in made.by_place}
         partly |= written.keys() if block is not made.graph.body else set()
     used = _used(made)
@@ -321,6 +316,14 @@ def _note_effects(made: Procedure) -> None:
         place for place in (made.reads | partly) if place.root in made.by_place and place.root not in made.outputs
     }
     made.writes = {place: kind for place, kind in made.writes.items() if place.field not in made.graph.steady}
+
+
+def _note_call(made: Procedure, call: Call) -> None:
+    """The arrays into which a call puts something, and the places that it reads as they were before the procedure."""
+    for array in call.procedure.puts:
+        made.puts.add(call.procedure.outside(array, call, made.graph).base)
+    found = (node for node in call.reads.values() if node.op == "load" and not isinstance(node.after, Call))
+    made.reads |= {node.content[0] for node in found}
 
 
 def _used(made: Procedure) -> set[Operand]:

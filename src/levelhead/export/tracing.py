@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from typing import Protocol
 
 from levelhead.compiler.mark import KernelFunction, is_kernel
-from levelhead.errors import LevelheadError
+from levelhead.export.calling import ProcedureCalls
 from levelhead.export.graph import (
     ARRAY,
     BOOL,
@@ -26,25 +26,20 @@ from levelhead.export.graph import (
     Place,
     Put,
     Record,
-    RecordField,
     Store,
     Value,
-    are_exclusive,
     items_within,
     leaves,
-    placed_leaves,
 )
 from levelhead.export.graph_builder import FUNCTIONS, KINDS, OPERATORS, GraphBuilder, Steady
 from levelhead.export.kinds import is_struct
+from levelhead.export.merging import ArmMerger
 from levelhead.export.names import MISSING, allocation, arguments, by_field, loaded_in, resolve_name, stored_in
 from levelhead.export.source import Source, home, read_source
 from levelhead.export.type_table import annotations
-from levelhead.kernels.quat import Quat
-from levelhead.kernels.vec3 import Vec3
 from levelhead.open_types import Untyped
 
 BY_PLACE = 5  # numbers from which a record is passed by its place
-MANY = 12  # numbers of a record that had better stay where they are than in variables
 
 
 class Callees(Protocol):
@@ -90,9 +85,9 @@ class Tracer:
     """
 
     def __init__(self, callees: Callees, read_only: frozenset[str] = frozenset()) -> None:
-        self._callees, self._read_only = callees, read_only
+        self._callees = callees
         self.graph = GraphBuilder(callees.steady, callees.frozen)
-        self._temporaries = 0
+        self._calls, self._arms = ProcedureCalls(self.graph, read_only), ArmMerger(self.graph, read_only)
         self._running: list[KernelFunction] = []
 
     # Calls
@@ -100,7 +95,8 @@ class Tracer:
     def call(self, function: KernelFunction, given: Sequence[Value]) -> Value | None:
         """What a kernel returns."""
         if self._callees.is_called(function):
-            return self._call_procedure(function, given)
+            procedure = self._callees.procedure(function, given, self.graph.homes)
+            return self._calls.call(procedure, given)
         return self.inline(function, given)
 
     def inline(self, function: KernelFunction, given: Sequence[Value]) -> Value | None:
@@ -117,153 +113,6 @@ class Tracer:
         found = self._run(source.tree.body, KernelFrame(source, variables))
         self._running.pop()
         return found
-
-    def _call_procedure(self, function: KernelFunction, given: Sequence[Value]) -> Value | None:
-        procedure = self._callees.procedure(function, given, self.graph.homes)
-        call = Call(procedure, {}, [])
-        records: dict[str, Value] = {}
-        for part, shape in procedure.parts:
-            value, name = part.of(given), part.name
-            if name not in procedure.by_place:
-                call.arguments += [
-                    self.graph.number(got, wanted.kind)
-                    for wanted, got in zip(leaves(shape), leaves(value), strict=True)
-                ]
-                continue
-            assert isinstance(value, Record)
-            place = self._place_of(value, value.place, call, name)
-            for at, leaf in placed_leaves(value, place):
-                inner = Place(name, at.members[len(place.members) :])
-                if leaf.kind == ARRAY:
-                    self.claim(leaf, at)
-                if inner not in procedure.reads:
-                    continue
-                if self.graph.contents.get(at) is not leaf:
-                    self._store(at, leaf)
-                elif leaf.op == "load":
-                    call.reads[inner] = leaf
-            call.places[name], records[name] = place, value
-        for name, shape in procedure.outputs.items():
-            call.places[name] = self._place_of(shape, None, call, name)
-        self.graph.block.items.append(call)
-        for inner, kind in procedure.writes.items():
-            self.graph.load(Place(call.places[inner.root].root, call.places[inner.root].members + inner.members), kind)
-        call.results = [
-            Operand("result", (), node.kind, (call, i), self.graph.block, node.hint)
-            for i, node in enumerate(procedure.returned)
-        ]
-        for argument, place in procedure.graph.claims.items():
-            root = call.places[place.root]
-            outer = Place(root.root, root.members + place.members)
-            self.claim(procedure.outside(argument, call, self.graph), outer)
-        return self._result(procedure.answer, call, records)
-
-    def claim(self, array: Operand, place: Place) -> None:
-        """An array goes into a record: the one that every record has in that field, or the first that is made for it.
-
-        Raises:
-            LevelheadError: it is another one.
-        """
-        member = place.members[-1]
-        array_is: RecordField | None
-        if array.op == "argument":
-            array_is = self.graph.claims.setdefault(array, place).members[-1]
-        elif array.op == "local" and not self._is_used(self.graph.memories.get(member), array):
-            before = self.graph.memories.setdefault(member, array)
-            array.op, array.content, array_is = "memory", before.content or place, member
-        else:
-            array_is = array.content.members[-1] if array.op == "memory" else None
-        if array_is != member:
-            owner = member.owner.__name__
-            raise LevelheadError(f"the array {owner}.{member.name} is made once, by init, and written in place")
-
-    def _is_used(self, array: Operand | None, beside: Operand) -> bool:
-        """Whether an array is used beside another one that is made in this procedure."""
-        if array is None:
-            return False
-        assert beside.block is not None
-        for block, item in items_within(self.graph.body):
-            given = (item.array,) if isinstance(item, Put) else getattr(item, "arguments", ())
-            if array in given and not are_exclusive(block, beside.block):
-                return True
-        return False
-
-    def _place_of(self, record: Record, place: Place | None, call: Call, name: str) -> Place:
-        """Where a record lies for a call: where it came from, its class's one place, or in a struct of its own."""
-        place, cls = place or self.graph.homes.get(record.cls), record.cls
-        if place is not None and place.root in self._read_only and self._changes(record, place, call, name):
-            place = None
-        if place is None or any(_overlap(place, other) for other in call.places.values()):
-            if any(leaf.kind == ARRAY for leaf in leaves(record)):
-                raise read_source(call.procedure.function).refuse(
-                    ast.Pass(), f"{cls.__name__} has an array: there can be one of it, that of the state"
-                )
-            self._temporaries += 1
-            place = Place(f"{name}_{self._temporaries}", ())
-            call.temporaries[place.root] = cls
-        return place
-
-    def _changes(self, record: Record, place: Place, call: Call, name: str) -> bool:
-        """Whether a call would change what lies at a place, by itself or because another record is put there first."""
-        procedure = call.procedure
-        if any(inner.root == name for inner in procedure.writes):
-            return True
-        return any(
-            self.graph.contents.get(at) is not leaf
-            for at, leaf in placed_leaves(record, place)
-            if Place(name, at.members[len(place.members) :]) in procedure.reads
-        )
-
-    def _store(self, place: Place, value: Operand) -> None:
-        if place.field in self.graph.steady:
-            self.graph.block.items.append(Store(place, value))  # to be compared
-            return
-        self.graph.block.items.append(Store(place, value))
-        self.graph.contents[place] = value
-
-    def _result(self, answer: Untyped, call: Call, given: dict[str, Value]) -> Value | None:
-        """The value of a call: numbers that it returns, and records that lie where it has written them."""
-        if answer is None:
-            return None
-        if isinstance(answer, int):
-            return call.results[answer]
-        if isinstance(answer, Operand):
-            return call.procedure.outside(answer, call, self.graph)  # type: ignore[no-any-return]
-        if isinstance(answer, str):
-            place = call.places[answer]
-            if answer in call.procedure.outputs:
-                return self._placed(call.procedure.outputs[answer], place)
-            return self._written(given[answer], place, call, Place(answer, ()))
-        cls, parts = answer
-        return Record(cls, tuple(self._result(part, call, given) for part in parts))  # type: ignore[misc]
-
-    def _placed(self, shape: Value, place: Place) -> Value:
-        """A record that a call has put at a place."""
-        if isinstance(shape, Operand):
-            if shape.kind == ARRAY:
-                return self.graph.memory(place, shape.shape)
-            if place.field in self.graph.steady:
-                return self.graph.constant(self.graph.steady[place.field])
-            return self.graph.contents[place]
-        names: Sequence[str] = shape.cls._fields  # type: ignore[attr-defined]
-        parts = zip(names, shape.values, strict=True)
-        return Record(
-            shape.cls, tuple(self._placed(part, place.member(shape.cls, name)) for name, part in parts), place
-        )
-
-    def _written(self, before: Value, place: Place, call: Call, inner: Place) -> Value:
-        if isinstance(before, Operand):
-            if before.kind == ARRAY:
-                return before
-            procedure = call.procedure
-            if place.field in self.graph.steady:
-                return before
-            return self.graph.contents[place] if inner in procedure.writes else before
-        names: Sequence[str] = before.cls._fields  # type: ignore[attr-defined]
-        values = []
-        for name, part in zip(names, before.values, strict=True):
-            values.append(self._written(part, place.member(before.cls, name), call, inner.member(before.cls, name)))
-        return Record(before.cls, tuple(values), place)
 
     # Statements
 
@@ -326,12 +175,12 @@ class Tracer:
             if one is None or other is None:
                 return None
             self._require_alike(one, other, frame.function.__name__, at, frame)
-            return self._merge(branch, one, other)
+            return self._arms.merge(branch, one, other)
         needed = frozenset().union(*frame.pending)
         shared = [name for name in ones if name in others and name in needed]
         for name in shared:
             self._require_alike(ones[name], others[name], name, at, frame)
-        frame.variables = {name: self._merge(branch, ones[name], others[name]) for name in shared}
+        frame.variables = {name: self._arms.merge(branch, ones[name], others[name]) for name in shared}
         return None
 
     # Loops
@@ -460,57 +309,10 @@ class Tracer:
                 return
             if "memory" in (one.op, other.op) and one.shape == other.shape:
                 place = one.content if one.op == "memory" else other.content
-                self.claim(one, place)
-                self.claim(other, place)
+                self.graph.claim(one, place)
+                self.graph.claim(other, place)
                 return
         raise frame.source.refuse(node, f"{name} is {describe(one)} before and {describe(other)} here")
-
-    def _merge(self, branch: Branch, one: Value, other: Value, place: Place | None = None, many: bool = False) -> Value:
-        """The value of either arm, which lies or would lie at a place; ``many``: together with many others."""
-        if one is other:
-            return one
-        if isinstance(one, Record) and isinstance(other, Record):
-            home = (
-                None if one.cls in (Vec3, Quat) else one.place or other.place or self.graph.homes.get(one.cls) or place
-            )
-            many = sum(isinstance(part, Operand) for part in one.values) >= MANY
-            names: Sequence[str] = getattr(one.cls, "_fields", ()) or [""] * len(one.values)
-            values = tuple(
-                self._merge(branch, a, b, home and home.member(one.cls, name), many)
-                for name, a, b in zip(names, one.values, other.values, strict=True)
-            )
-            return Record(one.cls, values, home)
-        assert isinstance(one, Operand) and isinstance(other, Operand)
-        if one.kind == ARRAY:  # of one field, as ``_require_alike`` has found
-            return self.graph.memories[one.content.members[-1]]
-        if one.kind != other.kind:
-            return self._merge(branch, self.graph.convert(one, FLOAT), self.graph.convert(other, FLOAT))
-        if place is not None:
-            self._home(branch, one, other, place, many)
-        for lies, node in branch.contents[0].items():
-            if node is one and branch.contents[1].get(lies) is other:
-                held = self.graph.contents.get(lies)
-                return held if held is not None else self.graph.load(lies, one.kind)
-        if (one, other) not in branch.phis:
-            hint = one.hint or other.hint
-            branch.phis[one, other] = Operand("phi", (one, other), one.kind, branch, branch.block, hint)
-        return branch.phis[one, other]
-
-    def _home(self, branch: Branch, one: Operand, other: Operand, place: Place, many: bool) -> None:
-        """Stores the number of an arm where the number of the other lies already, or one of many where it belongs."""
-        if place in branch.homed or place.field in self.graph.steady or branch.block.loop is not None:
-            return
-        if place.root in self._read_only:
-            return
-        lies = [contents.get(place) is node for contents, node in zip(branch.contents, (one, other), strict=True)]
-        if not any(lies) and not (many and all(place in contents for contents in branch.contents)):
-            return
-        branch.homed.add(place)
-        self.graph.contents.pop(place, None)
-        for arm, contents, node, there in zip(branch.arms, branch.contents, (one, other), lies, strict=True):
-            if not there:
-                arm.items.append(Store(place, node))
-                contents[place] = node
 
     def _on_Pass(self, node: ast.Pass, frame: KernelFrame) -> None:
         pass
@@ -619,7 +421,9 @@ class Tracer:
     def _of_Constant(self, node: ast.Constant, frame: KernelFrame) -> Value:
         if not isinstance(node.value, int | float):
             raise frame.source.refuse(node, f"{node.value!r} is no number")
-        return self.graph.constant(node.value)
+        number = self.graph.constant(node.value)
+        number.origin = number.origin or frame.function
+        return number
 
     def _of_Name(self, node: ast.Name, frame: KernelFrame) -> Value:
         if node.id in frame.variables:
@@ -770,11 +574,6 @@ def _reads_array(item: Item) -> bool:
     if isinstance(item, Branch | Loop):
         return any(_reads_array(inner) for arm in item.arms for inner in arm.items)
     return isinstance(item, Operand) and item.op == "element"
-
-
-def _overlap(one: Place, other: Place) -> bool:
-    shared = min(len(one.members), len(other.members))
-    return one.root == other.root and one.members[:shared] == other.members[:shared]
 
 
 def _returns(statement: ast.stmt) -> bool:
