@@ -163,10 +163,10 @@ def test_heading_points_to_the_north_that_was_found(levelhead, tmp_path):
     found, track = levelhead(*words, "--json").json, fuse(recording)
     np.testing.assert_array_equal(table(tmp_path / "log-track.csv")[1][:, 1:5], track.to_north().quat)
     assert found["north"]["heading_relative_to"] == "magnetic north" and found["north"]["azimuth_deg"] == 0.0
-    assert "magnetic, where yaw is 90°, σ 3" in levelhead(*words).out
+    assert "magnetic, where yaw is 90°, σ 4" in levelhead(*words).out
     relative = levelhead(*words, "--no-north")
     np.testing.assert_array_equal(table(tmp_path / "log-track.csv")[1][:, 1:5], track.quat)
-    assert re.search(r"north +magnetic, where yaw is −58\.\d°, σ 3.*: heading is relative to the start", relative.out)
+    assert re.search(r"north +magnetic, where yaw is −58\.\d°, σ 4.*: heading is relative to the start", relative.out)
     sigma = math.degrees(track.to_north().sigma_heading[-1])
     assert found["sigma_east_north_up_rad"][2] == pytest.approx(math.radians(sigma)) and sigma > 3.0
     true = levelhead(*words, "--declination", "4", "--json").json  # from magnetic north, and not from the start
@@ -301,7 +301,7 @@ def test_a_calibration_needs_a_filter_that_learns_and_a_file_that_is_one(refused
 
 
 def test_parquet_is_proposed_where_csv_is_slow(levelhead, logs, tmp_path, monkeypatch):
-    monkeypatch.setattr(importlib.import_module("levelhead.cli.fuse"), "MANY", 500)
+    monkeypatch.setattr(importlib.import_module("levelhead.cli.fuse"), "MIN_SLOW_ROWS", 500)
     said = levelhead("fuse", logs / "hand.csv", "--no-plot", "-o", tmp_path)
     assert "800 rows are large for CSV: --format parquet" in said.out
     said = levelhead("fuse", logs / "hand.csv", "--no-plot", "--format", "parquet", "-o", tmp_path)

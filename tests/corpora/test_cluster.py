@@ -52,7 +52,7 @@ def plain(recordings):
 
 
 def test_a_worker_that_is_killed_loses_nothing_and_changes_no_bit(recordings, plain, tmp_path, monkeypatch):
-    monkeypatch.setattr("levelhead.corpora.plan.MOST_RECORDINGS", 1)
+    monkeypatch.setattr("levelhead.corpora.plan.MAX_RECORDINGS", 1)
     killed = []
 
     def kill(state):

@@ -105,7 +105,7 @@ def test_a_run_that_was_ended_goes_on(recordings, tmp_path, monkeypatch):
         return honest(job, batch, *rest)
 
     monkeypatch.setattr(runner, "run_batch", ends)
-    monkeypatch.setattr("levelhead.corpora.plan.MOST_RECORDINGS", 2)
+    monkeypatch.setattr("levelhead.corpora.plan.MAX_RECORDINGS", 2)
     with pytest.raises(KeyboardInterrupt):
         corpus(recordings, out=tmp_path / "out")
     assert sum(pq.read_metadata(path).num_rows for path in list_parts(tmp_path / "out")) == 4
@@ -135,7 +135,7 @@ def test_a_full_disk_ends_the_run_and_loses_nothing(recordings, tmp_path, monkey
     import errno
 
     monkeypatch.setattr(runner, "FLUSH", 0.0)
-    monkeypatch.setattr("levelhead.corpora.plan.MOST_RECORDINGS", 2)
+    monkeypatch.setattr("levelhead.corpora.plan.MAX_RECORDINGS", 2)
     honest, wrote = pq.write_table, []
 
     def full(table, path, **options):

@@ -26,7 +26,6 @@ RAMP = "that a bias walks faster is found after it has: (27) follows 1 deg/s in 
 MOUNT = "nothing measures how the sensor sits on its body; the filter is right about the sensor"
 UNITS = "ten seconds at 57 times the rate can end with a heading that is half a turn off and fits the field for seconds"
 MAGNET = "hard iron that comes later is learned more slowly than the filter states for rest; its σ says so"
-PASSING = "a magnet that passes a hand is unlearned in 144 s, not 120: an even field is believed more"
 RELATIVE = "heading stays relative after a lost turn: ESKF turns to north only with north_rate, 0 by default"
 UNKEPT = {
     ("gyr_clipping", "says so"): CLIPS,
@@ -37,7 +36,6 @@ UNKEPT = {
     ("loose_mount", "says so"): MOUNT,
     ("loose_mount", "never surer than right"): MOUNT,
     ("mag_staying", "recovers"): MAGNET,
-    ("mag_passing", "recovers"): PASSING,
     ("gyr_units", "recovers"): RELATIVE,
     ("gyr_units", "never surer than right"): UNITS,
 }

@@ -66,7 +66,7 @@ def test_the_header_tells_the_size(flt, real):
         size = c_engine.built(config, level="-O2").size
         one = build_c_api(config)
         header = one.write()[f"{config.name}.h"]
-        assert one.size(Machine("this one", 8 if real == "double" else 4, 8, 8)) == size
+        assert one.size(Machine("this one", 8 if real == "double" else 4, 8)) == size
         assert re.search(rf"64 bit \(Cortex-A, x86-64\) +{size} bytes", header)
 
 

@@ -8,7 +8,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import levelhead as lh
-from levelhead.joints.hinge import HEADING_WALK, _add_walk, tangents
+from levelhead.joints.hinge import HEADING_WALK, add_walk, tangents
 from levelhead.rotations import interpolate, matrix
 
 DATA = Path(os.environ.get("LEVELHEAD_DATA", Path(__file__).parents[3] / "shared" / "data")) / "truth" / "diodem"
@@ -121,7 +121,7 @@ def test_a_random_walk_between_knots_is_weaker_over_a_longer_interval():
     """Its variance is σ² T; knots are 1 s apart up to 1000 s, and further in longer recordings."""
     heading = np.array([0.0, 0.1, 0.4])
     normal, gradient = np.zeros((7, 7)), np.zeros(7)
-    _add_walk(normal, gradient, heading, 4.0)
+    add_walk(normal, gradient, heading, 4.0, 4)
     weight = 1.0 / (4.0 * HEADING_WALK**2)
     assert normal[4:, 4:] == pytest.approx(weight * np.array([[1, -1, 0], [-1, 2, -1], [0, -1, 1]]))
     assert gradient[4:] == pytest.approx(-normal[4:, 4:] @ heading)

@@ -37,7 +37,7 @@ class Client:
     def __init__(self, url: str) -> None:
         from websockets.sync.client import connect
 
-        self.socket = connect(url, subprotocols=["foxglove.sdk.v1"])
+        self.socket = connect(url, subprotocols=["foxglove.sdk.v1"]).__enter__()  # ended by close below
         self.channels: dict[str, dict] = {}
         self.messages: dict[str, list] = {}
         self.values: dict[str, object] = {}

@@ -9,6 +9,7 @@ import pytest
 from tests.reference.given_source import Given
 
 import levelhead as lh
+from levelhead import filters
 from levelhead.live import Node, SourceLost, open_source
 from levelhead.live.bus import Command, LocalBus
 from levelhead.live.events import EVENTS
@@ -156,7 +157,7 @@ def test_a_replay_ends_by_itself_and_gives_the_bits_of_fuse():
     said = node.bus.subscribe("imu/orientation", history=1000, max_age=math.inf)
     node.run()
     quats = [said.get(timeout=0.0).quat for _ in range(len(recording))]
-    np.testing.assert_array_equal(quats, lh.fuse(recording).quat)
+    np.testing.assert_array_equal(quats, lh.fuse(recording, filters.live()).quat)
     assert node.journal.counts["ended"] == 1
 
 
@@ -169,7 +170,7 @@ def test_a_replay_of_a_sensor_that_sits_otherwise(tmp_path):
     said = node.bus.subscribe("imu/orientation", history=1000, max_age=math.inf)
     node.run()
     quats = [said.get(timeout=0.0).quat for _ in range(len(recording))]
-    np.testing.assert_array_equal(quats, lh.fuse(recording).quat)
+    np.testing.assert_array_equal(quats, lh.fuse(recording, filters.live()).quat)
 
 
 def test_real_time_priority_is_for_all_threads_that_run_python_and_given_back():

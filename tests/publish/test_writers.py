@@ -76,7 +76,7 @@ def test_absent_estimates_have_no_columns(tmp_path):
 
 def test_large_csv_has_the_same_columns_and_values(tmp_path, monkeypatch):
     pytest.importorskip("pyarrow")
-    monkeypatch.setattr(writers, "MANY", 100)
+    monkeypatch.setattr(writers, "MIN_ARROW_ROWS", 100)
     monkeypatch.setattr(writers, "CHUNK", 64)
     track = some_track(300)
     write_track(track, tmp_path / "large.csv")

@@ -3,9 +3,8 @@
 from pathlib import Path
 
 import pytest
-from benchmarks.reader.layouts import judge
 from tests.reference.dialects import Motion, simulate
-from tests.reference.layouts import ROUNDS
+from tests.reference.layout_verdicts import ROUNDS, judge
 
 MENDED = {
     "firmware": ("chiptime", "blank_for_the_time"),

@@ -84,19 +84,29 @@ def joint(
         return Joint(t, np.degrees(angle), np.degrees(hinge_sigma(fit, sensors[1], tilt)), fit)
     fit = fit_two_axes(t, *sensors) if axes == 2 else _fit_main_axis(t, sensors, first, second)
     sensors = about_vertical_frames(sensors[0], fit.heading), sensors[1]
-    row = int(np.argmin(np.abs(t - start)))
+    on_upper, on_lower = _segments(fit, axes, frames, sensors, int(np.argmin(np.abs(t - start))))
+    angles = cardan_angles(on_upper, on_lower)
+    sigma = cardan_sigma(angles, on_upper, on_lower, tilt, fit.sigma_heading**2)
+    if axes == 2:  # the middle angle is the build of the joint, and has no zero of its own
+        angles[:, [0, 2]] -= [np.interp(start, t, angles[:, i]) for i in (0, 2)]
+    return Joint(t, np.degrees(angles), np.degrees(sigma), fit, axes)
+
+
+def _segments(
+    fit: HingeFit,
+    axes: int,
+    frames: tuple[ArrayLike, ArrayLike] | None,
+    sensors: tuple[Array, Array],
+    row: int,
+) -> tuple[Array, Array]:
+    """(n, 3, 3) matrices from the axes of either segment to earth; ``row`` is the neutral pose."""
     if frames is not None:
         segments = _frame(frames[0], "upper"), _frame(frames[1], "lower")
     elif axes == 2:
         segments = frames_of_axes(fit)
     else:
         segments = frames_of_pose(fit.upper, sensors[0][row], sensors[1][row])
-    on_upper, on_lower = sensors[0] @ segments[0], sensors[1] @ segments[1]
-    angles = cardan_angles(on_upper, on_lower)
-    sigma = cardan_sigma(angles, on_upper, on_lower, tilt, fit.sigma_heading**2)
-    if axes == 2:  # the middle angle is the build of the joint, and has no zero of its own
-        angles[:, [0, 2]] -= [np.interp(start, t, angles[:, i]) for i in (0, 2)]
-    return Joint(t, np.degrees(angles), np.degrees(sigma), fit, axes)
+    return sensors[0] @ segments[0], sensors[1] @ segments[1]
 
 
 def _fit_main_axis(t: Array, sensors: tuple[Array, Array], upper: Track, lower: Track) -> HingeFit:

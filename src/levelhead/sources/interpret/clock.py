@@ -97,7 +97,7 @@ def _refuse_loss(clock: Clock, count: int, table: Table, name: str) -> None:
     """
     reasons = {one.reason for one in clock.conclusions if one.about in ("t.rows", "t.session")}
     left, span = len(clock.t), float(clock.t[-1] - clock.t[0])
-    lost = count - left > MAX_LOSS * count or span < left * MIN_INTERVAL
+    lost = count - left > MAX_LOSS * count or span < (left - 1) * MIN_INTERVAL
     if (
         not lost
         or any(one.about == "t.session" for one in clock.conclusions)
