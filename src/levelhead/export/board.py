@@ -67,7 +67,7 @@ def memory(api: Api, board: TargetBoard) -> Memory:
         flash, stack = AXIS_FLASH, AXIS_STACK
     else:
         operations, moves = api.program.counts()
-        flash, stack = OPERATION * operations + MOVE * moves, 200 + operations // 7
+        flash, stack = OPERATION * operations + MOVE * moves, 240 + operations // 7
     if board.machine is not AVR:
         return Memory(flash, filter_size + SYSTEM32, 2 * stack)
     return Memory(flash + SKETCH_FLASH, filter_size + SKETCH_RAM, stack + SKETCH_STACK)

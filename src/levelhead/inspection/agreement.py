@@ -107,7 +107,7 @@ def look(role: str, seg: Segments) -> Seen:
     whole = fit(seg, best.matrix, ALL_NINE)
     whole, filtered = _without_delay(seg, whole, 1.0)
     contrast = nothing / max(whole.left, 1e-9)
-    floor = FLOOR + FOLLOWS[role] / contrast**2
+    floor = FLOOR + FOLLOWS[role] / max(contrast**2 - 1.0, 1e-3)  # what is left over what the turn explains
     covariance = whole.covariance + floor**2 * np.eye(9)
     weight = np.asarray(np.linalg.inv(covariance), dtype=np.float64)
     return Seen(role, whole, weight, contrast, filtered, seg)
