@@ -67,9 +67,7 @@ def joint(
             number of axes, or frames that are no rotations.
     """
     if axes not in (1, 2, 3) or (frames is not None and axes != 3):
-        raise LevelheadError(
-            f"axes is {axes!r}; expected 1, 2 or 3{', and 3 with frames' if frames is not None else ''}"
-        )
+        raise LevelheadError(f"axes is {axes!r}; expected 1, 2 or 3, and 3 with frames")
     first, second = _track(upper, "upper", axes == 3), _track(lower, "lower", axes == 3)
     t, rows = _common_stamps(first.t, second.t)
     start = t[0] if zero is None else float(zero)
@@ -80,8 +78,9 @@ def joint(
     if axes == 1:
         fit = fit_hinge(t, *sensors)
         angle = hinge_angle(fit, *sensors)
-        angle -= np.interp(start, t, angle)
-        return Joint(t, np.degrees(angle), np.degrees(hinge_sigma(fit, sensors[1], tilt)), fit)
+        return Joint(
+            t, np.degrees(angle - np.interp(start, t, angle)), np.degrees(hinge_sigma(fit, sensors[1], tilt)), fit
+        )
     fit = fit_two_axes(t, *sensors) if axes == 2 else _fit_main_axis(t, sensors, first, second)
     sensors = about_vertical_frames(sensors[0], fit.heading), sensors[1]
     on_upper, on_lower = _segments(fit, axes, frames, sensors, int(np.argmin(np.abs(t - start))))
