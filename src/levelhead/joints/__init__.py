@@ -48,11 +48,9 @@ def joint(
     a neutral pose at ``zero``, with the segments upright, and the axis about which the joint bends most. The relative
     heading is that of this axis, or that of the tracks where both have north and know it better.
 
-    No magnetometer is used by one and two axes.
-
     Args:
         upper: the sensor of the segment that counts as fixed; a Recording is smoothed first, without its magnetometer
-            but for three axes.
+            unless ``axes`` is 3.
         lower: the sensor of the other segment, on the same clock.
         axes: 1, 2 or 3.
         frames: of three axes: quaternions wxyz or matrices (3, 3) of both segments, from the segment's axes (x forward,
