@@ -198,11 +198,15 @@ def check_accessibility(page) -> None:
 def test_a_node_is_followed_steered_and_recorded_and_its_silence_is_grey(look, tmp_path):
     node = Node(open_source("emulated:mpu6050", rate=100.0), lh.Madgwick(), rate=100.0, calibrate=0)
     runs = threading.Thread(target=lambda: node.run(5.0 * PATIENCE), daemon=True)
-    view = NodeView(node.bus.subscribe, node.set, "a test", tmp_path)
+    command = "levelhead run --source serial:/dev/ttyUSB0 --publish tcp/127.0.0.1:7447"
+    view = NodeView(node.bus.subscribe, node.set, "a test", tmp_path, lambda: [command])
     server = PageServer(view, FREE + 60)
     try:
-        runs.start()
         page = look(server.url)
+        eventually(lambda: command in page.inner_text("#starts"))
+        assert page.get_attribute(".scene", "data-state") == "invalid"
+        runs.start()
+        eventually(lambda: not page.locator("#starts").is_visible())
         eventually(lambda: page.locator("#chart-yaw").count() == 1)
         stamp = page.get_attribute("#status", "data-stamp")
         assert abs(float(stamp) / 1000.0 - time.time()) < PATIENCE

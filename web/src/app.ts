@@ -329,6 +329,7 @@ export class App {
       if (status.textContent !== words) status.textContent = words;
       status.className = trouble === "" ? "" : "bad";
     }
+    document.getElementById("starts")?.toggleAttribute("hidden", state?.seq !== undefined);
     const record = state?.record, button = document.getElementById("record");
     if (button !== null) {
       button.setAttribute("aria-pressed", String(!!record));
@@ -372,6 +373,10 @@ export class App {
       side.append(make("section", { class: "card guide", "aria-label": "Instruction" }, make("p", { id: "guide-words", role: "status" }),
         make("progress", { id: "guide-progress", max: "1", value: "0", "aria-label": "progress of the calibration" }), make("div", { id: "guide-notes" })));
       return;
+    }
+    if (this.about.starts?.length) {
+      side.append(make("section", { class: "card", id: "starts", "aria-label": "Start a node" }, make("p", {}, "No orientation yet. Each of these starts a node here:"),
+        ...this.about.starts.map((command) => make("pre", { tabindex: "0" }, command))));
     }
     if (kind === "recording") side.append(make("section", { class: "card", id: "filters", "aria-label": "Filters" }));
     const open = innerWidth > 700;

@@ -37,7 +37,7 @@ export class Body {
   private view = 0;
   private fanWidth = -1;
   private quat: Quat = [1, 0, 0, 0];
-  private valid = true;
+  private valid = false; // grey until an orientation comes
   private relative = false;
   private dirty = true;
 
@@ -75,6 +75,7 @@ export class Body {
     const sun = new THREE.DirectionalLight(0xffffff, 2.2), fill = new THREE.DirectionalLight(0xffffff, 0.7);
     sun.position.set(-2, -3, 5);
     fill.position.set(3, 2, 1);
+    this.cone.visible = this.fan.visible = false;
     this.scene.add(this.sky, this.ground, this.ring, this.fan, this.body, this.cone, sun, fill, new THREE.HemisphereLight(0xffffff, 0xa9b8c8, 1.7));
     this.nextView(0);
     new ResizeObserver(() => { this.resize(); this.render(); }).observe(this.element);

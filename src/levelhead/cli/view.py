@@ -2,7 +2,7 @@
 
 import gc
 import sys
-from contextlib import closing
+from contextlib import closing, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -125,6 +125,18 @@ def _node(endpoint: str | None, certificates: Path | None) -> "NodeView":
 
     where = endpoint or ENDPOINT
     client = ParameterClient(where, certificates=certificates)
-    return NodeView(
-        lambda topic, **more: subscribe(topic, where, certificates=certificates, **more), client.set, f"node at {where}"
-    )
+
+    def follow(topic: str, **more: Any) -> Any:
+        return subscribe(topic, where, certificates=certificates, **more)
+
+    return NodeView(follow, client.set, f"node at {where}", starts=lambda: _commands(where))
+
+
+def _commands(endpoint: str) -> list[str]:
+    """What starts a node here: a line for each serial port, and one without hardware."""
+    from levelhead.sources.devices.ports import serial_ports
+
+    with suppress(LevelheadError):  # without pyserial there is no port
+        found = [f"serial:{one['port']}" for one in serial_ports()]
+        return [f"levelhead run --source {one} --publish {endpoint}" for one in [*found, "emulated:mpu6050"]]
+    return [f"levelhead run --source emulated:mpu6050 --publish {endpoint}"]

@@ -38,6 +38,7 @@ class NodeView:
         set_params: sets parameters of the node, by keyword; raises LevelheadError where it refuses.
         title: what the page is about.
         folder: where a record is written.
+        starts: gives the commands that start a node, for a page without an orientation.
 
     Attributes:
         calls: about, set, record.
@@ -45,8 +46,9 @@ class NodeView:
 
     def __init__(
         self, subscribe: Callable[..., Subscription], set_params: Callable[..., None], title: str = "node",
-        folder: Path = Path(),
+        folder: Path = Path(), starts: Callable[[], list[str]] = list,
     ) -> None:  # fmt: skip
+        self._starts = starts
         self._set_params, self._title, self._folder = set_params, title, folder
         self._rows: deque[Row] = deque(maxlen=KEPT)
         self._events: deque[JsonObject] = deque(maxlen=LISTED)
@@ -119,7 +121,8 @@ class NodeView:
             self._box.event(event)
 
     def _about(self, _: JsonObject) -> bytes:
-        return pack_block({"kind": "node", "title": self._title, "clock": True, "health": health_names()})
+        known = {"kind": "node", "title": self._title, "clock": True, "health": health_names()}
+        return pack_block(known | {"starts": self._starts() if self._last is None else []})
 
     def _set(self, asked: JsonObject) -> bytes:
         """Asks the node for other parameters."""
