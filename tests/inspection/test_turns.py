@@ -13,7 +13,7 @@ from levelhead.inspection.findings import Finding
 from levelhead.inspection.repair import repair
 from levelhead.inspection.turns import examine_turns
 from levelhead.recording import Array, Recording
-from levelhead.signals.turn_matrix import ALL_NINE, WIRINGS, cut, fit, integrate_rotation, screen
+from levelhead.signals.turn_matrix import ALL_NINE, IDENTITY, WIRINGS, cut, fit, integrate_rotation, screen
 
 FIELD = np.array([0.0, 18.0, -45.0])  # µT
 
@@ -271,3 +271,12 @@ def test_a_rate_that_no_gyroscope_has_is_a_wrong_unit_even_where_nothing_can_be_
         "gyro_scale"
     ]
     assert one.value == pytest.approx(57.3, rel=0.01) and "its unit is wrong" in one.what
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_iron_of_several_fields_does_not_pull_the_turn(seed):
+    """A drone turns little, and a raw chip's iron is four times the field: the gyroscope is right to 1 %."""
+    recording = lh.simulate.recording("ICM-20948", "drone", duration=60.0, seed=seed)
+    segments = cut(recording.t, recording.gyr, recording.mag, False, 10)
+    np.testing.assert_allclose(fit(segments, IDENTITY).matrix, IDENTITY, atol=0.05)
+    assert agree(recording, 10).fault is None

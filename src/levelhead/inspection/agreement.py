@@ -104,7 +104,7 @@ def look(role: str, seg: Segments) -> Seen:
         one = fit(seg, start, wiring[None])
         if one.left < BASINS * best.left:
             best = one
-    whole = fit(seg, best.matrix, ALL_NINE)
+    whole = fit(seg, best.matrix, ALL_NINE, near=best)
     whole, filtered = _without_delay(seg, whole, 1.0)
     contrast = nothing / max(whole.left, 1e-9)
     floor = FLOOR + FOLLOWS[role] / max(contrast**2 - 1.0, 1e-3)  # what is left over what the turn explains

@@ -313,12 +313,23 @@ ALL_NINE: Array = np.eye(9).reshape(9, 3, 3)
 NONE: Array = np.zeros((0, 3, 3))
 
 
-def fit(seg: Segments, matrix: Array, basis: Array = ALL_NINE, spread: float = 1.0) -> TurnMatrix:
-    """The M = ``matrix`` + Σ xᵢ ``basis``ᵢ that fits best; ``basis`` (p, 3, 3), ``spread`` 1σ of each x before it."""
+def fit(
+    seg: Segments, matrix: Array, basis: Array = ALL_NINE, spread: float = 1.0, near: TurnMatrix | None = None
+) -> TurnMatrix:
+    """The M = ``matrix`` + Σ xᵢ ``basis``ᵢ that fits best; ``basis`` (p, 3, 3), ``spread`` 1σ of each x before it.
+
+    The other numbers begin at those of ``near``, or of the fit with M held: iron of several fields that begins at 0
+    would pull M to where nothing turns.
+    """
+    if near is None and len(basis):
+        near = fit(seg, matrix, NONE)
     p, m = len(basis), seg.rate.shape[1]
     more = [ARM] * 3 + [DELAY] if seg.is_force else [IRON * seg.size] * 3 + [DELAY] + [SOFT] * len(SHAPES)
     prior = np.array([spread] * p + [BIAS] * 3 + more) ** -2
     x, damping = np.zeros(len(prior)), 1e-3
+    if near is not None:
+        x[p : p + 7] = *near.bias, *near.iron, near.delay
+        x[p + 7 :] = np.linalg.lstsq(SHAPES.reshape(len(SHAPES), 9).T, near.shape.ravel())[0][: len(x) - p - 7]
     best: tuple[float, Array, _State] | None = None
     gradient, hessian = np.zeros((m, len(prior))), np.zeros((m, len(prior), len(prior)))
     floor = (1e-4 * seg.size) ** 2
