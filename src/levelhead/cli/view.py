@@ -126,10 +126,12 @@ def _node(endpoint: str | None, certificates: Path | None) -> "NodeView":
     where = endpoint or ENDPOINT
     client = ParameterClient(where, certificates=certificates)
 
-    def follow(topic: str, **more: Any) -> Any:
-        return subscribe(topic, where, certificates=certificates, **more)
-
-    return NodeView(follow, client.set, f"node at {where}", starts=lambda: _commands(where))
+    return NodeView(
+        lambda topic, **more: subscribe(topic, where, certificates=certificates, **more),
+        client.set,
+        f"node at {where}",
+        starts=lambda: _commands(where),
+    )
 
 
 def _commands(endpoint: str) -> list[str]:
