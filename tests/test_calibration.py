@@ -175,7 +175,7 @@ def refused(path):
 def test_foreign_files_are_refused(content, tmp_path):
     path = tmp_path / "sensor.json"
     path.write_bytes(content)
-    assert "is no calibration; expected what levelhead saved" in refused(path)
+    assert "is not a calibration; expected what levelhead saved" in refused(path)
 
 
 def test_missing_files_and_folders_are_refused(runs, tmp_path):
@@ -196,7 +196,7 @@ def test_missing_files_and_folders_are_refused(runs, tmp_path):
         ("acc_bias", {"value": [0.1, float("inf"), 0.1]}, "acc_bias.value is infinite"),
         ("mag_offset", {"value": ["a", "b", "c"]}, "mag_offset.value holds"),
         ("mag_delay", 3, "mag_delay is missing or not in s"),
-        ("format", "levelhead calibration 9", "says 'levelhead calibration 9'; this version reads"),
+        ("format", "levelhead calibration 9", "has the format 'levelhead calibration 9'; this version reads"),
     ],
 )
 def test_damaged_files_are_refused(runs, tmp_path, name, change, words):

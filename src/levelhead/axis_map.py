@@ -18,7 +18,7 @@ SQUARE = 0.94  # cosine of 20°: how near a measured axis must be to one of the 
 STILL_SECONDS = 1.0
 QUIET = 0.05  # rad/s, off the mean of the still second
 MIN_TURN = 0.5  # rad: half a radian is turned on purpose
-MIN_CORRELATION = 0.7  # correlation of what gyroscope and accelerometer say about the turn
+MIN_CORRELATION = 0.7  # correlation of the turn by gyroscope and by accelerometer
 ROUNDING = 1e-12  # of a rotation's numbers that are meant to be 0 or ±1
 EXPECTED = (
     "expected the sensor's axes for x, y, z, such as -y,x,z; Euler angles in degrees, such as ZYX:90,0,10; or a "
@@ -65,7 +65,7 @@ class AxisMap:
         values = np.asarray(quat, np.float64)
         length = float(np.linalg.norm(values)) if values.shape == (4,) else np.nan
         if not 1e-6 < length < np.inf:
-            raise LevelheadError(f"{quat!r} is no quaternion of a mounting; expected four numbers wxyz")
+            raise LevelheadError(f"{quat!r} is not a quaternion of a mounting; expected four numbers wxyz")
         rotation = matrix(values[None] / length)[0]
         whole = np.round(rotation)
         rotation = np.where(np.abs(rotation - whole) < ROUNDING, whole + 0.0, rotation)
@@ -176,8 +176,8 @@ def _opposite(row: tuple[int, float]) -> str:
 def find_axes(recording: Recording) -> AxisMap:
     """The axis map from a still pose and one turn.
 
-    The body stands level and still for a second or more and is then leaned to its right side, by 30° or more, and left
-    there or brought back. Gravity of the still pose says which of the sensor's axes is up, the turn which one is
+    The body is level and still for a second or more and is then leaned to its right side, by 30° or more, and left
+    there or brought back. Gravity of the still pose shows which of the sensor's axes is up, the turn which one is
     forward: leaning to the right is a positive turn about it. The third one follows, because only right-handed maps
     exist.
 

@@ -59,7 +59,7 @@ IN_WORDS = {
     "gyr_bias", "gyr_matrix", "acc_bias", "acc_matrix", "mag_offset", "mag_matrix", "soft_iron", "mag_delay", "field",
     "north",
 }  # fmt: skip
-# What poses tell (``calibrate``) and no filter estimates: it is taken off the readings before a filter sees them.
+# Only poses show it (``calibrate``), no filter estimates it: it is subtracted from the readings before a filter.
 MATRICES = {
     name: Block(name, -1, (3, 3), "", meaning, "from poses", True, False, False, 0.0)
     for name, meaning in {
@@ -67,7 +67,7 @@ MATRICES = {
         "mag_matrix": "magnetometer matrix M: soft iron, scale factors and rotation to the accelerometer",
     }.items()
 }
-# What belongs to the place and the orientation, and not to the sensor.
+# Properties of the place and the orientation, not of the sensor.
 OF_PLACE = {
     "field": Block("field", -1, (2,), "µT", "horizontal and upward field", WITH_MAG, True, False, True, 0.0),
     "north": Block("north", -1, (1,), "rad", "azimuth of magnetic north", WITH_MAG, True, False, False, 0.0),
@@ -104,7 +104,7 @@ class TemperatureCurve:
 
     @classmethod
     def from_dict(cls, name: str, part: object) -> "TemperatureCurve":
-        """What ``to_dict`` made.
+        """The object that ``to_dict`` described.
 
         Raises:
             LevelheadError: it is something else.
@@ -246,7 +246,7 @@ class Calibration:
         return replace(recording, **corrected)
 
     def matrices(self) -> "Calibration | None":
-        """What no filter estimates, alone: to be taken off the readings that a filter gets; None: nothing."""
+        """Only the part that no filter estimates, to be subtracted from a filter's readings; None: nothing."""
         parts = {name: self._parts()[name] for name in MATRICES}
         if all(part is None for part in parts.values()):
             return None
@@ -309,7 +309,7 @@ class Calibration:
 
     @classmethod
     def read(cls, path: str | os.PathLike[str]) -> "Calibration":
-        """What ``save`` wrote, to the last bit.
+        """The calibration that ``save`` wrote, to the last bit.
 
         Raises:
             LevelheadError: no such file, or not such a file.
@@ -319,7 +319,7 @@ class Calibration:
 
     @classmethod
     def from_dict(cls, parts: Mapping[str, object], source: str) -> "Calibration":
-        """What ``to_dict`` gave.
+        """The calibration that ``to_dict`` described.
 
         Raises:
             LevelheadError: a part that is missing or wrong; the sentence begins with ``source``.
@@ -327,7 +327,7 @@ class Calibration:
         try:
             curves = parts.get("temperature", {})
             if not isinstance(curves, dict) or not curves.keys() <= {"gyr", "acc"}:
-                raise LevelheadError("temperature is no table of gyr and acc; expected one, or nothing")
+                raise LevelheadError("temperature is not a table of gyr and acc; expected one, or nothing")
             temperature = {name: TemperatureCurve.from_dict(name, one) for name, one in curves.items()}
             return cls(temperature, **{name: _read(name, parts.get(name)) for name in QUANTITIES})
         except LevelheadError as error:
@@ -423,7 +423,7 @@ def _matrix(part: Quantity | None) -> Mat3:
 
 
 class _Words(NamedTuple):
-    """How a quantity is said: its factor to a unit, the names of its numbers, and why it may be unknown."""
+    """A quantity as text: its factor to a unit, the names of its numbers, and why it may be unknown."""
 
     name: str
     part: Quantity
@@ -474,7 +474,7 @@ def _quantity(name: str, part: Estimate) -> Quantity:
 
 
 def _constant(part: Quantity, turn_on: float) -> Estimate:
-    """What is left of a quantity after its run; σ 0, which is "nothing known", where it was not asked for."""
+    """A quantity after its run; σ 0, which means "unknown", where it was not asked for."""
     asked = part.start > 0.0
     share = np.square(np.divide(part.start, part.unlearned, out=np.zeros_like(part.start), where=asked))
     variance = np.square(share * part.sigma) + (1.0 - share) * np.square(part.start) + turn_on**2

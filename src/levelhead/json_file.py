@@ -26,7 +26,7 @@ def write_json(path: str | os.PathLike[str], form: str, content: JsonObject) -> 
 
 
 def read_json(path: str | os.PathLike[str], form: str, kind: str, source: str) -> JsonObject:
-    """What ``write_json`` wrote, numbers to the last bit.
+    """The object that ``write_json`` wrote, numbers to the last bit.
 
     Args:
         path: the file.
@@ -39,9 +39,9 @@ def read_json(path: str | os.PathLike[str], form: str, kind: str, source: str) -
     """
     whole = read_object(path, kind, source)
     if not isinstance(whole.get("format"), str):
-        raise LevelheadError(f"{path} is no {kind}; expected {source}")
+        raise LevelheadError(f"{path} is not a {kind}; expected {source}")
     if whole["format"] != form:
-        raise LevelheadError(f"{path} says '{whole['format'][:60]}'; this version reads '{form}'")
+        raise LevelheadError(f"{path} has the format '{whole['format'][:60]}'; this version reads '{form}'")
     return whole
 
 
@@ -61,7 +61,7 @@ def read_object(path: str | os.PathLike[str], kind: str, source: str) -> JsonObj
     except OSError as error:
         raise LevelheadError(f"cannot read the {kind} {path}: {error.strerror or error}") from None
     except (ValueError, RecursionError):
-        raise LevelheadError(f"{path} is no {kind}; expected {source}") from None
+        raise LevelheadError(f"{path} is not a {kind}; expected {source}") from None
     if not isinstance(whole, dict):
-        raise LevelheadError(f"{path} is no {kind}; expected {source}")
+        raise LevelheadError(f"{path} is not a {kind}; expected {source}")
     return whole

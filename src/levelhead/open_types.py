@@ -1,4 +1,4 @@
-"""Types that mypy cannot follow, one name for each kind, so that nobody wonders what an ``Any`` stands for."""
+"""Types that mypy cannot follow, one name for each kind of ``Any``."""
 
 from collections.abc import Mapping
 from typing import Any

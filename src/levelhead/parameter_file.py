@@ -22,12 +22,12 @@ FORMAT = "levelhead parameters 1"
 
 @dataclass(frozen=True)
 class ParameterFile:
-    """What stands in such a file.
+    """The contents of such a file.
 
     Attributes:
         params: the filter with its numbers.
         guard: thresholds of the guard in front of it; None: the file has none, so that the defaults hold.
-        found: how they were found, as `levelhead tune` says it; empty otherwise.
+        found: how they were found, in the words of `levelhead tune`; empty otherwise.
     """
 
     params: Params
@@ -46,7 +46,7 @@ class ParameterFile:
 
     @classmethod
     def read(cls, path: str | os.PathLike[str], flt: Filter | None = None) -> "ParameterFile":
-        """The file; ``flt``: the filter that it must be about, or is about where it does not say so.
+        """The file; ``flt``: the filter that it must be about, and is about if it names none.
 
         Raises:
             LevelheadError: it is not there, no such file, about another filter, or a number is out of its range.
@@ -56,7 +56,7 @@ class ParameterFile:
         if not isinstance(whole.get("params"), dict):
             raise LevelheadError(f"{path} has no parameters; expected {source}")
         if whole.get("format", FORMAT) != FORMAT:
-            raise LevelheadError(f"{path} says '{str(whole['format'])[:60]}'; this version reads '{FORMAT}'")
+            raise LevelheadError(f"{path} has the format '{str(whole['format'])[:60]}'; this version reads '{FORMAT}'")
         named = whole.get("filter")
         if named is None and flt is None:
             raise LevelheadError(f'{path} does not name the filter of its parameters; expected "filter": "Mahony"')

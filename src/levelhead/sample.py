@@ -1,4 +1,4 @@
-"""One instant of a live source: what the sensors said, in SI units."""
+"""One instant of a live source: the sensors' readings in SI units."""
 
 from typing import NamedTuple
 
@@ -7,7 +7,7 @@ Wxyz = tuple[float, float, float, float]
 
 
 class Sample(NamedTuple):
-    """What arrived together.
+    """Readings that arrived together.
 
     Attributes:
         t: s on the source's clock, strictly increasing; 0 is anything.
@@ -15,7 +15,7 @@ class Sample(NamedTuple):
         acc: m/s².
         mag: µT, or None where the magnetometer had nothing new.
         pressure: Pa, or None where the barometer had nothing new.
-        temperature: °C of the chip that said so last, or None.
+        temperature: °C, the last that a chip sent, or None.
         attitude: the source's own orientation, wxyz, as its maker defines it (sensor or body to earth), or None.
     """
 

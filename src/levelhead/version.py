@@ -1,3 +1,3 @@
-"""The version, for whoever must not know the rest of the package."""
+"""The version, without an import of the rest of the package."""
 
 VERSION = "0.1.0"

@@ -151,7 +151,7 @@ def test_what_a_run_learned_goes_to_the_board(levelhead, refused, tmp_path):
     (tmp_path / "wrong.json").write_text("{}", encoding="utf-8")
     for option in ("--prior", "--calibration"):
         words = ["export", "ESKF", option, tmp_path / "wrong.json", "-o", tmp_path / "out"]
-        assert "wrong.json is no calibration" in refused(*words)
+        assert "wrong.json is not a calibration" in refused(*words)
     assert not (tmp_path / "out").exists()
 
 

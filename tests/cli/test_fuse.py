@@ -292,7 +292,7 @@ def test_a_calibration_needs_a_filter_that_learns_and_a_file_that_is_one(refused
     assert "cannot read the calibration" in refused(
         "fuse", log, "--filter", "ESKF", "-o", out, "--prior", tmp_path / "nowhere.json"
     )
-    assert "is no calibration" in refused("fuse", log, "--filter", "ESKF", "-o", out, "--prior", log)
+    assert "is not a calibration" in refused("fuse", log, "--filter", "ESKF", "-o", out, "--prior", log)
     assert not out.exists()
     missing = tmp_path / "no" / "sensor.json"
     assert "there is no folder" in refused(

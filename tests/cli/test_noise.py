@@ -96,7 +96,7 @@ def test_a_log_that_moves_is_refused(levelhead, tmp_path):
     ("text", "sentence"),
     [
         ("{}", "is no noise file"),
-        ('{"format": "levelhead noise 9"}', "says 'levelhead noise 9'; this version reads"),
+        ('{"format": "levelhead noise 9"}', "has the format 'levelhead noise 9'; this version reads"),
         ("no", "is no noise file"),
         ('{"format": "levelhead noise 1", "gyr": {"unit": "deg/s"}}', "gyr is not whole"),
     ],

@@ -67,7 +67,7 @@ def test_the_list_names_every_fault(levelhead):
         ((), "give either a log or --simulate"),
         (("--simulate", "hamd"), "did you mean 'hand'?"),
         (("--simulate", "hand", "--calibration", "LOG"), "--calibration is for a log"),
-        (("LOG", "--calibration", "LOG"), "is no calibration"),
+        (("LOG", "--calibration", "LOG"), "is not a calibration"),
         (("LOG", "--fault", "acc_spike"), "did you mean 'acc_spikes'?"),
         (("LOG", "--fault", "shock@50"), "starts at 50 s, but the recording ends at 39.99 s"),
         (("LOG", "--fault", "mag_late"), "the recording has none"),

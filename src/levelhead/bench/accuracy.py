@@ -250,7 +250,7 @@ def _name_some(names: Sequence[str], most: int = 3) -> str:
 
 @lru_cache(maxsize=1)
 def _recording(path: Path, with_mag: bool) -> tuple[Recording, SensorFrame | None]:
-    """The recording, and how its reference's body stands to the sensor."""
+    """The recording, and the rotation from its reference's body to the sensor."""
     recording = load_recording(path, with_mag)
     return recording, align_sensor(recording)
 

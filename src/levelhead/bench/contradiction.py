@@ -23,7 +23,7 @@ SHARE = 0.1  # of the turn
 LOST = 3.0  # usual intervals without a sample
 LATE = 10.0  # and so many: those that come next come late
 SOON = 1.0  # s after it
-MIN_CLUSTER = 5  # spans that say so within two of their length, or it was a single wrong sample
+MIN_CLUSTER = 5  # contradictory spans within two of their length; fewer are a single wrong sample
 RANGE = 0.97  # of the largest rate: it may have been larger
 
 
@@ -32,7 +32,7 @@ def contradiction(recording: Recording, frame: SensorFrame | None) -> float | No
 
     Args:
         recording: with truth.
-        frame: how the truth's body stands to the sensor, where that is known.
+        frame: the rotation from the truth's body to the sensor, if known.
     """
     assert recording.truth is not None
     quat = recording.truth.quat if frame is None else frame.turn(recording.truth.quat)

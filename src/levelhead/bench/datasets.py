@@ -60,7 +60,7 @@ def load_recording(path: Path, with_mag: bool) -> Recording:
     """The recording, without its magnetometer if that is not wanted, and without a truth that cannot be true.
 
     Raises:
-        LevelheadError: what its reader says.
+        LevelheadError: by its reader.
     """
     recording = trust_until_contradiction(_read(path))
     if with_mag or recording.mag is None:

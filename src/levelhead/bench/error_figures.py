@@ -22,11 +22,11 @@ class ErrorFigures(NamedTuple):
     """RMS errors over the movement phases, in degrees, as ``levelhead.evaluate.attitude_error`` defines them.
 
     ``aligned`` is the total error once the best constant heading offset of the whole recording is removed; where the
-    recording knows heading only relatively it is the same as ``total``. ``drift`` is the RMS change of the heading
+    recording's heading is relative it is the same as ``total``. ``drift`` is the RMS change of the heading
     error over 60 s, or over half of a recording that is shorter than two minutes; None where there is too little.
 
     The other figures are taken with the reference turned into the sensor's frame (``bench.reference``) and the best
-    constant rotation of its earth frame removed: what neither a filter nor its σ can know. ``rotated`` is the total
+    constant rotation of its earth frame removed: neither a filter nor its σ can include it. ``rotated`` is the total
     error, ``rotated_tilt`` its tilt, ``beyond_tilt`` and ``beyond_heading`` the share of samples whose error is more
     than four of their σ, ``tilt_ratio`` and ``heading_ratio`` the RMS of error/σ; None for a method without σ. Of
     heading these are without the constant that fits best with weights 1/σ².

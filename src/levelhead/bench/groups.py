@@ -33,7 +33,7 @@ class Group(NamedTuple):
 
     @property
     def place(self) -> tuple[int, str]:
-        """Where it stands in a table: BROAD's groups in BROAD's order, then the others by name."""
+        """Its place in a table: BROAD's groups in BROAD's order, then the others by name."""
         return (ORDER.index(self.name) if self.dataset == BROAD and self.name in ORDER else len(ORDER), self.name)
 
 

@@ -19,7 +19,7 @@ class Method(NamedTuple):
     """A way from a recording to an orientation.
 
     Attributes:
-        name: as it stands in a table.
+        name: as in a table.
         params: of one of levelhead's filters; None for its default and for contenders.
     """
 

@@ -16,7 +16,7 @@ from levelhead.bench.survey import Entry
 from levelhead.open_types import JsonObject
 
 PAIRS = ((DEFAULT, "vqf.VQF"), (SMOOTHER, "vqf.offlineVQF"))
-MIN_ERROR = 0.02  # °: below, a reference knows no better
+MIN_ERROR = 0.02  # °: below, a reference is not more accurate
 WORSE = 1.2  # a ratio that counts as worse
 
 

@@ -1,6 +1,6 @@
 """The rotation between a reference's body and the sensor, found from the gyroscope alone.
 
-Markers are glued on by eye: in RepoIMU's T-stick recordings the body of the reference stands 2.7° aside of the sensor,
+Markers are glued on by eye: in RepoIMU's T-stick recordings the body of the reference is 2.7° away from the sensor,
 which turns about with it and is an error of 1 to 3° of every filter alike. Increments of rotation over 0.1 s in the
 body, h, and in the sensor, g, must agree:
 
@@ -18,7 +18,7 @@ from levelhead.recording import Array, Recording
 from levelhead.rotations import from_matrix, nearest_rotation, product, relative_rotation
 
 SPAN = 0.1  # s of an increment
-MIN_INCREMENT, MAX_INCREMENT = 0.005, 0.8  # rad: increments that say something, and those of first order
+MIN_INCREMENT, MAX_INCREMENT = 0.005, 0.8  # rad: increments above the noise, and those of first order
 MIN_INCREMENTS = 100  # increments
 OUTLIER = 4.0  # times the median residual
 ROUNDS = 20
@@ -40,7 +40,7 @@ class SensorFrame(NamedTuple):
 
 
 def align_sensor(recording: Recording) -> SensorFrame | None:
-    """A of eq. 1; None where the recording turns too little to tell."""
+    """A of eq. 1; None where the recording turns too little."""
     if recording.truth is None:
         return None
     turned, seen, spans = _increments(recording)

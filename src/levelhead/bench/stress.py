@@ -145,7 +145,7 @@ def usual_methods() -> tuple[list[Method], list[str]]:
 
 
 def run_method(method: Method, recording: Recording, guard: Guard | None = DEFAULT_GUARD) -> Track:
-    """The track of a method; of a contender, which no guard stands before, one without σ and health."""
+    """The track of a method; of a contender, which has no guard, one without σ and health."""
     if method.name in contenders.BY_NAME:
         with np.errstate(all="ignore"):
             quat = contenders.BY_NAME[method.name].run(_complete(recording))
@@ -218,7 +218,7 @@ def stress(
 
 
 def _new_findings(faulted: Faulted, recording: Recording) -> list[str]:
-    """What the doctor finds in the time of a fault, as long again before and after it, and not without the fault."""
+    """The doctor's findings in the time of a fault, as long again before and after it, and not without the fault."""
     length = faulted.last - faulted.first
     first, last = max(0, faulted.first - length), min(len(faulted.rows), faulted.last + length)
     if last - first < 2:

@@ -26,7 +26,7 @@ class Entry:
         samples: how many.
         rate: samples a second, Hz.
         duration: s.
-        north: whether heading is compared as it is: the reference knows north and there is a magnetometer. If not, each
+        north: whether heading is compared as it is: the reference has north and there is a magnetometer. If not, each
             method's best constant heading offset is removed first.
         magnetometer: whether there is one that is used.
         missing: the readings that are missing, for which contenders are not run on it; "" if none is.

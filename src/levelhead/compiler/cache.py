@@ -16,7 +16,7 @@ def _code_text(code: types.CodeType) -> str:
     """Byte code, constants and names as text that is the same in every process.
 
     ``repr`` of a nested code object (a comprehension before Python 3.12) holds its address in memory; its own text
-    stands for it. Sets have no order of their own.
+    replaces it. Sets have no order of their own.
     """
     constants = [_code_text(c) if isinstance(c, types.CodeType) else _constant_text(c) for c in code.co_consts]
     names = [*code.co_names, *code.co_varnames, *code.co_freevars, *code.co_cellvars]

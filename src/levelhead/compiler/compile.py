@@ -42,11 +42,11 @@ def _compile_inline(function: KernelFunction) -> CompiledFunction:
 
 
 SECONDS_PER_BYTE = 3e-4  # of byte code that a function reaches: 5 to 10 s for a filter with its driver
-_announced: dict[object, str] = {}  # outermost functions of Numba -> what is said when one is compiled
+_announced: dict[object, str] = {}  # outermost functions of Numba -> the notice when one is compiled
 
 
 def compile_notice(function: KernelFunction) -> str:
-    """What is said before a function is compiled: which, and for about how long.
+    """The notice before a function is compiled: its name, and about how long that takes.
 
     The time is that of 16 to 27 kB of byte code, measured on two cores; a filter of an hour's work takes longer.
     """

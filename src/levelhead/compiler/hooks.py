@@ -51,7 +51,7 @@ def _declarations(record: type) -> Iterator[tuple[str, KernelFunction | None]]:
 
 
 def fill(namespace: object, owner: str, **members: KernelFunction | int | None) -> Any:  # Any: a record, as ``declare``
-    """A copy of a namespace with these members; None stands for an optional hook that is not given.
+    """A copy of a namespace with these members; None: an optional hook that is not given.
 
     A hook is optional if its declaration is a kernel, which is what happens then.
 
@@ -103,7 +103,7 @@ def rebind(function: KernelFunction, instead: Bindings, owner: str = "", inline:
     """A copy of a kernel that, however deep, uses other kernels and namespaces: ``instead`` are pairs (old, new).
 
     It is the kernel itself where it reaches none of them. ``owner`` goes into the copies' names, by which Numba's
-    cache files are told apart; ``inline`` has the copies inlined whatever their mark.
+    cache files differ; ``inline`` has the copies inlined whatever their mark.
     """
     for old, new in instead:
         if function is old:

@@ -111,5 +111,5 @@ def subtract_rows(
         return context.get_dummy_value()
 
     if not isinstance(width, types.IntegerLiteral) or width.literal_value % WIDTH:
-        return None  # no such function, says Numba: registers hold a constant number of whole vectors
+        return None  # Numba: no such function. Registers hold a constant number of whole vectors
     return types.void(m, *[types.int64] * 6, width), generate

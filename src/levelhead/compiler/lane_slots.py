@@ -1,7 +1,7 @@
 """Keeps values of many lanes side by side, number by number, so that a loop over the lanes becomes SIMD.
 
 A block of memory is a table of 64-bit words: a row for each number of a value (floats as they are, ints and bools
-widened, so that all columns are equally wide), a column for each lane. What compiled code loads from one lane is a
+widened, so that all columns are equally wide), a column for each lane. A compiled load from one lane is a
 nested NamedTuple again; neighbouring lanes are neighbours in memory, and all rows lie at constant distances from one
 address, which is what the loop vectoriser needs to know that they do not overlap.
 """
@@ -30,7 +30,7 @@ class Rows(NamedTuple):
     first: int
     end: int
     floats: tuple[bool, ...]  # row by row: a float, or an int or bool
-    layout: str  # tells the type and place apart, for the names of what is compiled with it
+    layout: str  # of the type and place, for the names of compiled functions
 
 
 def lane_rows(example: Tree, first: int, known: Mapping[str, bool] | None = None) -> Rows:

@@ -1,4 +1,4 @@
-"""What makes a function a kernel, and copies of a kernel that call others; no Numba here.
+"""The mark that makes a function a kernel, and copies of a kernel that call others; no Numba here.
 
 A kernel is a plain Python function in a small language: floats, NamedTuples of floats, ``math``, ``if``, bounded
 ``for``, calls of other kernels. ``@kernel`` leaves it as it is, so plain Python pays nothing for it.
@@ -10,7 +10,7 @@ import types
 from collections.abc import Callable, Iterator
 from typing import Any, TypeGuard, TypeVar
 
-KernelFunction = Callable[..., Any]  # Any: each kernel has its own parameters and result; late binding knows neither
+KernelFunction = Callable[..., Any]  # Any: each kernel has its own parameters and result; late binding has neither
 F = TypeVar("F", bound=KernelFunction)
 
 
@@ -21,7 +21,7 @@ def kernel(function: F) -> F:
 
 
 def noinline(function: F) -> F:
-    """Mark a kernel that few samples reach, or that stands in many places: compiled code calls it instead of having it
+    """Mark a kernel that few samples reach, or that many places use: compiled code calls it instead of having it
     inline, which keeps what every sample runs through small."""
     function.__noinline__ = True  # type: ignore[attr-defined]
     return kernel(function)
@@ -38,7 +38,7 @@ def compiled_only(function: F) -> F:
 
 
 def primitive(meaning: KernelFunction) -> Callable[[F], F]:
-    """Mark a word of the kernel language: plain Python runs it as it stands, compiled code what has its name in
+    """Mark a word of the kernel language: plain Python runs it unchanged, compiled code the function of its name in
     ``compiler/intrinsics.py``; what it means is the kernel ``meaning``, from which C is made."""
 
     def mark(function: F) -> F:
@@ -76,7 +76,7 @@ def copy_kernel(
 def with_globals(function: KernelFunction, name: str, **kernels: object) -> KernelFunction:
     """A copy of a kernel in which the global names in ``kernels`` mean these kernels or numbers.
 
-    ``name`` goes into the name of the copy, by which Numba's cache files are told apart.
+    ``name`` goes into the name of the copy, by which Numba's cache files differ.
     """
     return copy_kernel(function, function.__globals__ | kernels, f"_{name}")
 
@@ -89,7 +89,7 @@ def instance(function: KernelFunction, name: str, **kernels: object) -> KernelFu
 
 
 def list_mentions(function: KernelFunction) -> Iterator[tuple[str, object]]:
-    """What the function's byte code mentions: globals, and members of modules that are globals, as (name, value).
+    """The names in the function's byte code: globals, and members of modules that are globals, as (name, value).
 
     A field of a tuple may have the name of a global; only what is loaded as a global counts. The value is None where a
     namespace of hooks has no such member yet.
@@ -120,7 +120,7 @@ def global_names(function: KernelFunction) -> set[str]:
 
 @functools.cache
 def _loads(code: types.CodeType) -> tuple[tuple[bool, str], ...]:
-    """What byte code loads by name, in order: whether it is a global, else a member; and its name."""
+    """The names that byte code loads, in order: whether it is a global, else a member; and its name."""
     words = ("LOAD_GLOBAL", "LOAD_ATTR", "LOAD_METHOD")
     return tuple(
         (step.opname == "LOAD_GLOBAL", step.argval) for step in dis.get_instructions(code) if step.opname in words

@@ -1,7 +1,7 @@
 """Keeps a filter's state between two calls of a compiled function, outside of Python objects.
 
 Handing a nested NamedTuple to machine code and back costs microseconds a call, because Python builds every tuple and
-float anew. A ``Slot`` is a piece of memory that compiled code loads a value from and stores it to, as it stands.
+float anew. A ``Slot`` is a piece of memory that compiled code loads a value from and stores it to, unchanged.
 """
 
 import struct
@@ -37,7 +37,7 @@ class Slot(NamedTuple):
         return self.words.size
 
     def read(self, memory: NDArray[np.uint64], at: int) -> Tree:
-        """The value that stands in ``memory`` from byte ``at`` on."""
+        """The value in ``memory`` from byte ``at`` on."""
         return rebuild(self.example, iter(self.words.unpack_from(memory.data, at)))
 
     def write(self, memory: NDArray[np.uint64], at: int, value: Tree) -> None:

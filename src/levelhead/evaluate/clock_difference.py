@@ -2,7 +2,7 @@
 
 The rotation that both measure is aligned in windows (``align``). A line through the shifts of the windows is the clock:
 shift(t) = offset + drift · (t − t_m), fitted with the weight of each window's standard error. The standard errors grow
-by √χ² per degree of freedom where the windows scatter more than they say.
+by √χ² per degree of freedom where the windows scatter more than their standard errors.
 """
 
 from itertools import pairwise

@@ -102,7 +102,7 @@ class Comparison:
 
     @property
     def reference(self) -> Row:
-        """What the tilt of the others is compared with where there is no truth: see ``_reference``."""
+        """The row whose tilt the others are compared with if there is no truth: see ``_reference``."""
         chosen = _reference([row.track for row in self.rows])
         return next(row for row in self.rows if row.track is chosen)
 
@@ -205,7 +205,7 @@ def compare(
         recording: with truth for errors; without, tilt is compared with that of the filter whose σ is the smallest.
         filters: Params objects, Params classes or names.
         tracks: name to an orientation from elsewhere, in any convention and at any rate; how it was made to match
-            stands in ``Comparison.notes`` (see ``align``).
+            is in ``Comparison.notes`` (see ``align``).
         guard: as for ``fuse``; the same for all.
         engine: as for ``fuse``.
         progress: called with the fraction done, 0 to 1.

@@ -1,4 +1,4 @@
-"""What a filter does with a fault: its error, when it is right again, whether it said so, whether σ stayed honest.
+"""The response of a filter to a fault: its error, its recovery, its health bits, and whether σ stayed honest.
 
 The truth, where a recording has one, is the reference. Without it, it is the same filter's run over the recording
 without the fault, from which the error of that run is left out.
@@ -24,9 +24,9 @@ from levelhead.track import Track
 MAX_EXCESS = 2.0  # deg beyond the error without the fault: right again, as in the filters' ``settles``
 LAST = 1.0  # s before the end of a recording in which an error means that it did not end
 BEYOND = 4.0  # σ: of a normal error 1 in 16,000 samples
-GROWN = 2.0  # times σ without the fault, by which a filter says that it knows less
+GROWN = 2.0  # times σ without the fault, a growth of σ that counts as a report
 POINTS = 600  # of a curve
-SAID = health.FAULTS & ~health.NEAR_VERTICAL  # that roll is ambiguous is no fault of a sensor
+SAID = health.FAULTS & ~health.NEAR_VERTICAL  # an ambiguous roll is not a sensor's fault
 WORDS = {bit: name.lower() for name, bit in vars(health).items() if isinstance(bit, int) and bit in health.NAMES}
 
 
@@ -98,7 +98,7 @@ class FaultResponse:
 
     @property
     def is_said(self) -> bool:
-        """Whether the filter itself said that something is wrong, by health or by a larger σ."""
+        """Whether the filter itself reported the fault, by health or by a larger σ."""
         return bool(self.said) or (self.growth is not None and self.growth >= GROWN)
 
     @property
@@ -135,7 +135,7 @@ class FaultResponse:
 def error_curve(recording: Recording, track: Track, first: int, reference: Array | None = None) -> ErrorCurve:
     """Errors in degrees against ``reference`` (n, 4), or the truth.
 
-    Where truth or filter do not know north, the heading is that since the fault's ``first`` row: the best constant
+    Where truth or filter has no north, the heading is that since the fault's ``first`` row: the best constant
     offset of the rows before it is removed. An orientation that is NaN counts as half a turn off.
     """
     truth = recording.truth

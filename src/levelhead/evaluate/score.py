@@ -21,12 +21,12 @@ class Score:
     Attributes:
         total: RMS angle between estimate and truth, °.
         total_aligned: the same with the best constant heading removed (eq. 5 of ``attitude_error``), °, also where
-            both know north: a recording's reference frame may be turned against magnetic north by some degrees.
+            both are absolute: a recording's reference frame may be turned against magnetic north by some degrees.
         tilt: RMS inclination error, °.
         heading: RMS heading error, °.
         worst: largest angle between estimate and truth, °.
-        heading_offset: constant heading removed first, °, because one of the two knows heading only relatively; None if
-            both know north and nothing was removed.
+        heading_offset: constant heading removed first, °, because one of the two is relative; None if
+            both are absolute.
         bias: RMS length of the bias error over the axes estimated, °/s; None without a true or an estimated bias.
         bias_axes: RMS bias error about x, y and z, °/s; None for an axis that the filter does not estimate.
         lag: ms by which the estimate trails the truth; None when the motion is too small.
@@ -105,7 +105,7 @@ def scored_rows(truth: Truth) -> NDArray[np.bool_]:
 
 
 def absolute_heading(recording: Recording, track: Track) -> bool:
-    """Whether truth and track both know north: the truth has it, there is a magnetometer, and the filter uses it.
+    """Whether truth and track both have an absolute heading: the filter uses a magnetometer, and the truth has north.
 
     A track without params (from elsewhere) counts as one that uses the magnetometer.
     """
@@ -196,13 +196,13 @@ def error_ratio(error: Array, sigma: Array | None, rows: NDArray[np.bool_]) -> f
 def evaluate(recording: Recording, track: Track, *, relative: bool | None = None, partial: bool = False) -> Score:
     """Errors of the track against the recording's truth.
 
-    Only movement phases count (``truth.moving``) and only samples whose truth is known. Where truth or track knows
-    heading only relatively, the best constant heading offset is removed first and stands in ``Score.heading_offset``.
+    Only movement phases count (``truth.moving``) and only samples whose truth is known. Where truth or track has a
+    relative heading, the best constant offset is removed first; it is ``Score.heading_offset``.
 
     Args:
         recording: with truth.
         track: one orientation per sample of it.
-        relative: whether heading is relative; None: by what recording and filter know.
+        relative: whether heading is relative; None: by recording and filter.
         partial: the track may have NaN rows, which do not count; else they are an error.
 
     Raises:

@@ -14,7 +14,7 @@ STRANGE = 0.2  # of the strength: more than iron in a building usually makes
 def field_sentence(field: EarthField, recording: Recording, track: Track) -> str:
     """The field of the place, the field that was measured, and a cure where the two cannot be one.
 
-    What a filter has found of the field, without the offset of the magnetometer, counts before its mean length.
+    The field that a filter found, without the magnetometer's offset, counts before its mean length.
     """
     place = f"{field.strength:.1f} µT, dip {field.dip:.1f}°, declination {field.declination:.1f}° by the WMM"
     found = None if track.calibration is None else track.calibration.field

@@ -1,4 +1,4 @@
-"""What a guided calibration says at the terminal: on standard error, drawn over and over, or in a pipe line by line."""
+"""The display of a guided calibration at the terminal: on standard error, drawn anew, or in a pipe line by line."""
 
 import sys
 from collections.abc import Callable, Iterator

@@ -19,7 +19,7 @@ def write_joint(joint: Joint, path: Path) -> None:
         LevelheadError: another suffix, or a folder that cannot be written.
     """
     if path.suffix not in (".csv", ".mot"):
-        raise LevelheadError(f"'{path.name}' is no file of a joint; {nearest(path.suffix, ['.csv', '.mot'])}")
+        raise LevelheadError(f"'{path.name}' is not a joint file; {nearest(path.suffix, ['.csv', '.mot'])}")
     angles, sigmas = joint.angle.reshape(len(joint.t), -1), joint.sigma.reshape(len(joint.t), -1)
     names = ("joint_angle",) if joint.axes == 1 else NAMES
     if path.suffix == ".csv":

@@ -128,7 +128,7 @@ def facts(
 def health_counts(track: Track) -> dict[int, int]:
     """Health bit -> number of samples that carry it, the most frequent first; bits that none carries are left out.
 
-    Rest is no fault and is not counted here (``rest_share``).
+    Rest is not a fault and is not counted here (``rest_share``).
     """
     faults = [bit for bit in health.NAMES if bit & health.FAULTS]
     counts = {bit: int(np.count_nonzero(track.health & np.uint32(bit))) for bit in faults}

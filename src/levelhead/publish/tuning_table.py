@@ -1,4 +1,4 @@
-"""What a search of parameters has found, as text: verdict, parameters with their flat regions, logs, advice."""
+"""The result of a search of parameters as text: verdict, parameters with their flat regions, logs, advice."""
 
 from levelhead.evaluate.text_table import Column, Row, plain_table
 from levelhead.tune import Tuning

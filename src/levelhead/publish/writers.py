@@ -7,7 +7,7 @@ Both hold the same columns, each with its unit in its name:
                                             ``Track.to_true_north``; ned_qw … in another frame (``Track.to_frame``)
     roll [deg], pitch [deg], yaw [deg]      the same, intrinsic z-y-x, for people; computed from the quaternion
     bias_x [rad/s], bias_y …, bias_z …      if the filter estimates a bias
-    sigma_east [rad], sigma_north …, sigma_up …    1σ of the attitude error, if the filter knows it
+    sigma_east [rad], sigma_north …, sigma_up …    1σ of the attitude error, if the filter has it
     specific_force_x [m/s²] …, linear_acceleration_x …, earth_acceleration_east …, rate_x [rad/s] …: ``motion_columns``
     position_east [m], position_north …, position_up …    and velocity_east [m/s] …, sigma_position_east [m] …,
                                             sigma_velocity_east [m/s] …: if the recording saw any of it

@@ -1,1 +1,1 @@
-"""What the readings of an IMU show by themselves: rest, gravity's turn, mean force, the field."""
+"""Properties of an IMU's readings by themselves: rest, gravity's turn, mean force, the field."""

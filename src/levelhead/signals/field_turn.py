@@ -9,9 +9,9 @@ from levelhead.recording import Array, median
 
 SPAN = 0.5  # s
 _ROWS = 40_000
-_MIN_TURN = 0.15  # rms turn of the body per span, rad, that tells something
+_MIN_TURN = 0.15  # rms turn of the body per span, rad
 _OWN_FIELD = 0.2  # turn of the field over that of the body, below which five parts of six are the device's own
-_MIN_SPANS = 12  # independent spans that tell something
+_MIN_SPANS = 12  # independent spans
 _MIN_SIGMAS = 4.0  # standard errors
 _CONSTANT = 1e-5  # relative spread of a length that software has normalised
 

@@ -6,7 +6,7 @@ from levelhead.recording import Array, median
 from levelhead.units import GRAVITY
 
 _MIN_ROWS = 30  # rows
-_ROWS = 20_000  # as many tell it
+_ROWS = 20_000  # enough for a mean
 _CONSTANT = 0.02  # relative spread of the length; rates of a body that turns vary by far more
 _ALONG = 0.95  # median cosine between the columns and the accelerometer
 _MIN_VECTORS, _MAX_VARIATION = 10, 2e-3  # samples of a vector whose length software keeps constant to a share

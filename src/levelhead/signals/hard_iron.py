@@ -26,7 +26,7 @@ class HardIron(NamedTuple):
         offset: the middle in µT.
         field: the sphere's radius in µT.
         sigma: 1σ of the middle, by a jackknife that leaves out one of ``BLOCKS`` parts of the recording at a time. A
-            room full of iron pulls the middle elsewhere in each of them, which residuals do not tell.
+            room full of iron pulls the middle elsewhere in each of them, which residuals do not show.
         left: spread of the lengths about the middle, over that about zero.
     """
 
@@ -60,7 +60,7 @@ class HardIron(NamedTuple):
 
 
 def hard_iron(recording: Recording) -> HardIron | None:
-    """The sphere through a recording's field; None without a magnetometer, or if it was not turned enough to tell."""
+    """The sphere through a recording's field; None without a magnetometer, or if it was not turned enough."""
     if recording.mag is None:
         return None
     mag = np.asarray(recording.mag)

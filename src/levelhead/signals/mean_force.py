@@ -39,7 +39,7 @@ def steadiness_of_gravity(t: Array, gyr: Array, acc: Array, away: float = 0.3) -
 
     Over windows of one second the specific force, turned into the frame of the first sample, adds up to gravity: the
     accelerations of a hand or a drone cancel. With the wrong unit gravity smears instead. Windows in which the sensor
-    is further than ``away`` (rms, in g) from 1 g (on a wheel, in free fall) say little and are left out.
+    is further than ``away`` (rms, in g) from 1 g (on a wheel, in free fall) are left out.
     """
     step = median(np.diff(t)) if len(t) > 1 else 1.0
     if not step > 0.0:
@@ -128,7 +128,7 @@ class MeanForce(NamedTuple):
 def mean_forces(t: Array, gyr: Array, acc: Array, window: float) -> MeanForce:
     """``MeanForce`` over windows of ``window`` s; ``t`` (n,) s, ``gyr`` (n, 3) rad/s, ``acc`` (n, 3) m/s².
 
-    What a limb or a drone accelerates to and fro cancels in the means, centripetal acceleration too; gravity stays, up
+    The accelerations of a limb or a drone cancel in the means, centripetal acceleration too; gravity stays, up
     to Δv / ``window``. Windows with gaps or missing values are left out.
     """
     step = median(np.diff(t)) if len(t) > 1 else 0.0
@@ -168,7 +168,7 @@ def _ways(turn: Array, force: Array, box: int) -> tuple[Array, Array]:
 def usual_force(t: Array, rate: Array, acc: Array) -> float | None:
     """The usual length in g of the mean of (n, 3) ``acc`` in m/s² over strides, turned back by ``rate`` in rad/s.
 
-    However a body runs, what it accelerates to and fro cancels and gravity is left. None: too little tells it.
+    However a body runs, its accelerations cancel and gravity is left. None: too little motion.
     """
     lengths = mean_forces(t, rate, acc, STRIDES).length
     return None if len(lengths) < MIN_WINDOWS else median(lengths) / GRAVITY

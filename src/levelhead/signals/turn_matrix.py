@@ -370,7 +370,7 @@ SPAN, SMOOTH = 0.32, 0.16  # s, of the screening
 
 
 def screen(seg: Segments) -> list[tuple[float, Array]]:
-    """What is left of the vector's turn with each of the 48 wirings at its best scale: (share, s P), the least first.
+    """The residual of the vector's turn with each of the 48 wirings at its best scale: (share, s P), the least first.
 
     Over spans Δu = ∫ u × (M ω + b) dt is linear in M, so that one pass over the readings judges every M.
     """

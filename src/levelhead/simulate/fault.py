@@ -21,7 +21,7 @@ from levelhead.simulate.noise import generator
 from levelhead.units import GRAVITY, factor
 
 MIN_DURATION = 20.0  # s of a recording that has room for a fault, and for what was before and comes after
-START, LONGEST_SHARE = 0.4, 0.3  # of the recording, where nobody says when and for how long
+START, LONGEST_SHARE = 0.4, 0.3  # of the recording, by default
 NEW_RANGE = 0.6  # of the largest reading: a full scale that this motion exceeds
 NUMBER = r"(-?(?:\d+\.?\d*|\.\d+)(?:e[-+]?\d+)?)"
 FAULTS_STREAM = 2  # of random numbers; a simulated recording's own are 0 and 1
@@ -130,7 +130,7 @@ class Fault:
 
     @property
     def kind(self) -> FaultKind:
-        """What goes wrong."""
+        """The kind, by its name."""
         return BY_NAME[self.name]
 
     def __str__(self) -> str:

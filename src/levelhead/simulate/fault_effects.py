@@ -1,4 +1,4 @@
-"""What each fault does to the readings of a recording, in SI units."""
+"""The effect of each fault on the readings of a recording, in SI units."""
 
 import math
 from collections.abc import Callable

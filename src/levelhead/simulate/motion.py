@@ -1,6 +1,6 @@
 """Motion in three dimensions with closed-form truth: attitude, body rate, position, velocity and acceleration agree.
 
-Everything is a sum of sinusoids of one smooth inner clock u(t), which stands still in the rest phase and then speeds up
+Everything is a sum of sinusoids of one smooth inner clock u(t), which stops in the rest phase and then speeds up
 to run with t. Derivatives follow from the chain rule, so nothing is integrated and nothing drifts.
 """
 
@@ -171,7 +171,7 @@ class _Clock(NamedTuple):
 
 
 def _clock(since: Array) -> _Clock:
-    """A clock that stands before 0 and runs with t from ``START_UP`` on.
+    """A clock that is 0 before t = 0 and runs with t from ``START_UP`` on.
 
     Between them its speed is the quintic smoothstep 10x³ − 15x⁴ + 6x⁵, whose first and second derivatives vanish at
     both ends (Perlin 2002, Improving noise): u is C³, so attitude and position are C³, their rates C².

@@ -26,8 +26,8 @@ def recording(
     """The recording of a chip along a motion: ``levelhead simulate`` in Python.
 
     Args:
-        sensor: a name that ``imu`` knows, or an error model.
-        motion: a style that ``motion`` knows: "hand", "walking", "drone", "robot", "still", or "poses".
+        sensor: a name of ``imu``, or an error model.
+        motion: a style of ``motion``: "hand", "walking", "drone", "robot", "still", or "poses".
         duration: s.
         rate: samples a second, Hz.
         seed: zero or more; it picks the motion as well as the specimen of the chip, which is the same one for every

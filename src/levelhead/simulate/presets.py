@@ -164,7 +164,7 @@ CHIPS = (
         _accelerometer(_counts(180e-6, _G_COUNTS), 0.040, 0.04, 0.01),
     ),
     # Table 3: zero rate ±10 °/s, 7 mdps/√Hz; zero-g ±40 mg, 90 µg/√Hz (here for all ranges). It gives no tolerance of
-    # the sensitivity at 25 °C; the change over temperature stands in for it: ±1.5 % and ±1 %. The range that it calls
+    # the sensitivity at 25 °C; this uses the change over temperature instead: ±1.5 % and ±1 %. The range that it calls
     # 245 °/s (8.75 mdps/LSB) is 250 on its successors.
     Chip(
         "LSM6DS3",

@@ -18,7 +18,7 @@ TURN_ON, MATRIX, WHITE, INSTABILITY, WALK, VIBRATION, BUMPS, FLICKER, ANGLE = ra
 
 @dataclass(frozen=True)
 class TriadErrors:
-    """Errors of a triad. "Unit" is rad/s, m/s² or µT; where one number stands for three axes, it holds for each.
+    """Errors of a triad. "Unit" is rad/s, m/s² or µT; one number holds for each of the three axes.
 
     Attributes:
         white_noise_density: N in unit/√Hz: samples have σ = N·√rate, the Allan deviation at τ = 1 s is N. For a

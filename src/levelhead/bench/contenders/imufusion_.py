@@ -24,7 +24,7 @@ def run_advanced(recording: Recording) -> Array:
 
 
 def _loop(recording: Recording, settings: JsonObject) -> Array:
-    """Sample by sample: there is no other way in. The advanced settings bring the bias estimate along."""
+    """Sample by sample: imufusion has no batch call. The advanced settings bring the bias estimate along."""
     import imufusion
 
     one = imufusion.Ahrs()

@@ -3,8 +3,8 @@
 **A wrong order equals a rotation.** Reading x, y, z, w as w, x, y, z permutes four numbers cyclically. That is
 an orthogonal map of determinant −1, and every such map is q ↦ p q* r with two constant unit quaternions (J. H. Conway,
 D. A. Smith, On Quaternions and Octonions, 2003, section 4.1). Here p = (1 + j)/√2 and r = (i + k)/√2. So a wrong order
-cannot be told from an inverse with two constant rotations: where both are free, only two of the four readings differ.
-The cheaper hypothesis decides between the others.
+is the same as an inverse with two constant rotations: where both are free, only two of the four readings differ. The
+cheaper hypothesis decides between the others.
 """
 
 from itertools import product

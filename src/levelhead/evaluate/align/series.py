@@ -89,7 +89,7 @@ class SeriesPair:
     def at(self, shift: float, when: Array | None = None) -> tuple[Array, Array]:
         """(m, 4) estimate and reference at the slower one's stamps ``when`` (all of them if None); NaN if unknown.
 
-        ``shift`` is the time in s by which the estimate is late: its stamp t stands for the reference at
+        ``shift`` is the time in s by which the estimate is late: its stamp t belongs to the reference at
         t − shift.
         """
         slow = self.reference if self.at_reference else self.estimate

@@ -1,4 +1,4 @@
-"""Pictures. What draws them comes with ``pip install 'levelhead[plot]'`` and is imported when a picture is drawn.
+"""Pictures. Their libraries come with ``pip install 'levelhead[plot]'`` and are imported when a picture is drawn.
 
 Every function writes one file (PNG, SVG or PDF by its suffix), whole or not at all, and keeps no global state: it
 works in threads, without a display, and leaves the caller's pyplot alone.

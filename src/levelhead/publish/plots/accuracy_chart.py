@@ -57,7 +57,7 @@ def _degrees(value: Cell) -> float | None:
 
 
 def _finding(result: Accuracy) -> str:
-    """Where the default stands among the others, as a sentence."""
+    """The default's rank among the others, as a sentence."""
     errors = {row["method"]: row[f"all: {result.figure}"] for row in result.table}
     known = {name: value for name, value in errors.items() if isinstance(value, float)}
     if not known:

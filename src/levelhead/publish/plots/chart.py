@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 def draw(picture: Picture, path: str | Path) -> None:
-    """Write the picture, whole or not at all, in the format that the suffix says.
+    """Write the picture, whole or not at all, in the format of the suffix.
 
     Raises:
         LevelheadError: nothing to draw with, another suffix, or a folder that is missing or cannot be written.

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 COLUMNS = 3000  # points of a line: longer ones are drawn as the largest of each part
 WRAP = 170  # letters of a line of words
-SIDE = 0.65  # of the width, beyond which a label stands to the left
+SIDE = 0.65  # of the width, beyond which a label is to the left
 BITS = (
     ("gyroscope missing", health.GYR_MISSING),
     ("gyroscope clipped", health.GYR_SATURATED),

@@ -58,7 +58,7 @@ class PanelData(NamedTuple):
 
 
 def lesson_picture(comparison: Comparison, path: str | Path) -> None:
-    """Draw the comparison in four panels, for the Euler angle that moves most (the picture says which).
+    """Draw the comparison in four panels, for the Euler angle that moves most (the picture names it).
 
     1. accelerometer angle and integrated gyroscope against the truth
     2. every fused estimate against the truth

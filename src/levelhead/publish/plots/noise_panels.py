@@ -1,4 +1,4 @@
-"""Allan deviations with their 95 % intervals, the fit, and the slopes that say which noise is which."""
+"""Allan deviations with their 95 % intervals, the fit, and the slope of each noise."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING

@@ -42,7 +42,7 @@ class Bars(NamedTuple):
 
 
 class Panel(NamedTuple):
-    """What is drawn into one rectangle: marks from back to front, or rows of bars."""
+    """The contents of one rectangle: marks from back to front, or rows of bars."""
 
     title: str
     ylabel: str

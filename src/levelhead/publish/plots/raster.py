@@ -96,7 +96,7 @@ def _draw(picture: Picture) -> "Image":
 
 
 def _frames(picture: Picture, top: int) -> Iterator[Frame]:
-    """Where each panel stands: columns of the same width, each with room for words to its right."""
+    """The place of each panel: columns of the same width, each with room for words to its right."""
     panels, columns = picture.panels, picture.columns
     each = _pixels(picture.width) // columns
     words = max((_font(NUMBER).getlength(word) for panel in panels for word in _words(panel)), default=0.0)

@@ -1,4 +1,4 @@
-"""What was learned of each sensor, recording after recording."""
+"""The learned errors of each sensor, recording after recording."""
 
 import re
 from collections.abc import Mapping, Sequence
@@ -47,7 +47,7 @@ def sensor_picture(histories: Mapping[str, Sequence[JsonObject]], path: str | Pa
 
 
 def _date(row: JsonObject) -> datetime | None:
-    """When a recording was made, by its clock or its name; None: neither says so."""
+    """When a recording was made, by its clock or its name; None: neither has it."""
     if row["start_s"] is not None:
         return datetime.fromtimestamp(row["start_s"], UTC)
     for found in DATE.finditer(row["recording"]):

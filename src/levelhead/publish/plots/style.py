@@ -95,7 +95,7 @@ def legend(axes: "Axes") -> None:
 
 
 def save(made: "Figure", path: str | Path) -> None:
-    """Write the figure, whole or not at all, in the format that the suffix says.
+    """Write the figure, whole or not at all, in the format of the suffix.
 
     Raises:
         LevelheadError: another suffix, or a folder that is missing or cannot be written.
