@@ -95,9 +95,9 @@ def test_a_log_that_moves_is_refused(levelhead, tmp_path):
 @pytest.mark.parametrize(
     ("text", "sentence"),
     [
-        ("{}", "is no noise file"),
+        ("{}", "is not a noise file"),
         ('{"format": "levelhead noise 9"}', "has the format 'levelhead noise 9'; this version reads"),
-        ("no", "is no noise file"),
+        ("no", "is not a noise file"),
         ('{"format": "levelhead noise 1", "gyr": {"unit": "deg/s"}}', "gyr is not whole"),
     ],
 )
