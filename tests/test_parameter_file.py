@@ -36,8 +36,8 @@ def test_of_a_sweep_the_minimum_counts(tmp_path):
 @pytest.mark.parametrize(
     ("text", "sentence"),
     [
-        ("[1]", "is no file of parameters"),
-        ("no", "is no file of parameters"),
+        ("[1]", "is not a file of parameters"),
+        ("no", "is not a file of parameters"),
         ("{}", "has no parameters"),
         ('{"params": {}}', "does not name the filter"),
         ('{"filter": "Kalman", "params": {}}', "holds parameters of Kalman, not of Mahony"),
