@@ -182,7 +182,7 @@ def find_loss(m: Floats) -> Loss:
 
 
 @noinline
-def reinitialise(params: ESKF, m: Floats, lost: Loss) -> Quat:
+def correct_lost(params: ESKF, m: Floats, lost: Loss) -> Quat:
     """The rotation that corrects tilt, or heading, or both, by what is not of first order."""
     rotation = reinitialise_tilt(params, m, lost.upside_down) if lost.tilt else IDENTITY
     if m[at.MAG_COUNT] > 0.0 and state_variance(m, at.HEADING) > LARGE_HEADING:
@@ -208,9 +208,32 @@ def find_course(m: Floats, has_field: bool) -> float:
     return course.angle
 
 
+class Reinitialisation(NamedTuple):
+    """An attitude that took the place of a lost one."""
+
+    done: bool  # nothing else is measured in this block
+    attitude: Quat
+    health: int
+
+
+@noinline
+def reinitialise(params: ESKF, state: State) -> Reinitialisation:
+    """Tilt or heading that is lost, from the mean readings of the block or from a receiver's velocity."""
+    m = state.memory
+    lost = find_loss(m)
+    if lost.tilt or lost.heading:
+        health = TURN_MISSED if lost.upside_down else 0
+        return Reinitialisation(True, quat.compose(correct_lost(params, m, lost), state.quat), health)
+    course = find_course(m, state.field_norm > 0.0)
+    if course != 0.0:
+        return Reinitialisation(True, tilt.add_yaw(state.quat, course), 0)
+    return Reinitialisation(False, state.quat, 0)
+
+
 @noinline
 def measure(params: ESKF, m: Floats, resting: bool, n: int) -> int:
-    """All measurements of a block; returns bits of health."""
+    """All measurements of a block, with the noise that motion has by now; returns bits of health."""
+    adapt_motion(params, m)
     health = TURN_MISSED if m[at.EXCESS] > 0.0 else 0
     note_bias(m)
     update_velocity(params, m, resting, n)
@@ -234,26 +257,28 @@ def adapt_priors(params: ESKF, m: Floats, n: int) -> None:
         widen_prior(m, n, at.ACC_BIAS, MOST_ACC_BIAS)
 
 
+@kernel
+def apply_correction(m: Floats, n: int, attitude: Quat) -> Quat:
+    """Adds x to the mean of the first ``n`` states; returns the attitude corrected by it, eq. 1."""
+    add_correction(m, n)
+    return quat.compose(quat.exp(vector(m, at.X + at.ATTITUDE)), attitude)
+
+
 @noinline
 def update(params: ESKF, state: State) -> State:
-    """Reinitialisation at the end of a block where attitude is lost; else measurements, adaptation and correction."""
+    """The end of a block: a lost attitude is found anew; else measurements correct it."""
     m = state.memory
     n = state_count(state)
     average_rate(m, state.resting)
-    lost = find_loss(m)
-    if lost.tilt or lost.heading:
-        health = TURN_MISSED if lost.upside_down else 0
-        return end_block(state, quat.compose(reinitialise(params, m, lost), state.quat), health)
-    course = find_course(m, state.field_norm > 0.0)
-    if course != 0.0:
-        return end_block(state, tilt.add_yaw(state.quat, course), 0)
-    adapt_motion(params, m)
+    found = reinitialise(params, state)
+    if found.done:
+        return end_block(state, found.attitude, found.health)
     health = measure(params, m, state.resting, n)
     adapt_priors(params, m, n)
-    add_correction(m, n)
+    attitude = apply_correction(m, n, state.quat)
     if state.field_norm > 0.0:
         point_north(params, m)
-    return end_block(state, quat.compose(quat.exp(vector(m, at.X + at.ATTITUDE)), state.quat), health)
+    return end_block(state, attitude, health)
 
 
 @kernel
