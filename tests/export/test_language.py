@@ -373,7 +373,7 @@ REFUSED = [
     (endless, [FLOAT], 2, "While is outside of the kernel language"),
     (over_values, [Vec3], 3, "a loop over something else than range"),
     (two_kinds, [FLOAT], 4, "b is Vec3 before and float here"),
-    (texts, [FLOAT], 2, "'text' is no number"),
+    (texts, [FLOAT], 2, "'text' is not a number"),
     (unknown, [FLOAT], 2, "np.sin is not a kernel"),
     (too_few, [FLOAT], 2, "Vec3 has 3 fields, each to be given once"),
     (sized, [FLOAT, INT], 2, "the shape n is not made of constants"),

@@ -1,4 +1,4 @@
-"""What poses and turns cannot tell, and which one would."""
+"""The numbers that poses and turns do not show, and the pose that would."""
 
 from itertools import product
 
@@ -25,12 +25,12 @@ MAX_REMAINING = 0.7  # of what is left of the worst σ by a further pose: above,
 
 
 def unobservable_numbers(sigma: Array) -> list[str]:
-    """Names of the accelerometer's numbers that the poses have not told."""
+    """Names of the accelerometer's numbers that the poses do not show."""
     return [name for name, one, prior in zip(NAMES, sigma, PRIOR, strict=True) if one > UNLEARNED * prior]
 
 
 def unobservable_rates(sigma: Array) -> list[str]:
-    """Axes of the gyroscope whose scale the turns have not told, from the (3, 3) σ of S."""
+    """Axes of the gyroscope whose scale the turns do not show, from the (3, 3) σ of S."""
     return [axis for i, axis in enumerate("xyz") if sigma[i, i] > UNLEARNED * gyroscope.SCALE]
 
 

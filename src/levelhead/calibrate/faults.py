@@ -13,7 +13,7 @@ from levelhead.recording import Array, Recording
 from levelhead.signals.turn_matrix import IDENTITY, WIRINGS
 from levelhead.units import DEGREE, GRAVITY
 
-MAX_SCALE_ERROR = 0.2  # of a scale factor from which it is no tolerance of a sensor
+MAX_SCALE_ERROR = 0.2  # of a scale factor, beyond any sensor's tolerance
 MAX_BIAS = 3.0  # m/s²
 MAX_MISS = 0.1  # rad, RMS by which turns miss from which their cause is looked for
 MIN_GAIN = 4.0  # times less missed with the cause allowed for
@@ -28,7 +28,7 @@ FULL = 0.97  # of g: an axis that reads so much is not clipped
 
 
 def clipped_axes(recordings: Sequence[Recording], poses: Sequence[Pose], turns: Sequence[MeasuredTurn]) -> list[str]:
-    """Of each turn the axis of the gyroscope that stands at its full scale: "x", or nothing."""
+    """Of each turn the axis of the gyroscope that is at its full scale: "x", or nothing."""
     limits = [_limits(one.gyr) for one in recordings]
     return [_clipped_axis(recordings, limits, poses[one.first], poses[one.first + 1]) for one in turns]
 
@@ -180,7 +180,7 @@ def _fit(turns: Turns, matrix: Array) -> tuple[float, Array]:
 
 
 def _words(matrix: Array, turns: Turns) -> str:
-    """What is wrong."""
+    """The fault in words."""
     if np.allclose(matrix @ matrix.T, IDENTITY) and not np.allclose(matrix, IDENTITY):
         words = f"gyroscope {change_of(matrix)}"
         if np.linalg.det(matrix) > 0.0:  # an accelerometer that is mirrored gives the same turns

@@ -71,7 +71,7 @@ class FieldCalibration:
         ]  # fmt: skip
 
     def note(self) -> str:
-        """What a run says that took this calibration off its readings."""
+        """The note of a run that subtracted this calibration from its readings."""
         where = ", ".join(f"{axis} {one:+.1f}" for axis, one in zip("xyz", self.centre, strict=True))
         return (
             f"raw magnetometer: offset {where} µT, {100.0 * float(np.linalg.norm(self.centre)) / self.strength:.0f} % "

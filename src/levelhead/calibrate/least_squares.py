@@ -12,7 +12,7 @@ DOUBT_WEIGHT = 0.3  # measurements that the scale of the residuals before any is
 
 
 class Solution(NamedTuple):
-    """What was found.
+    """The result of the fit.
 
     Attributes:
         value: (p,) parameters.

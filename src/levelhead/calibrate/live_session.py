@@ -24,7 +24,7 @@ def record_poses(
     poses: int = POSES,
     give_up: float = GIVE_UP,
 ) -> Recording:
-    """Guides through poses until they tell every number, or a replay ends.
+    """Guides through poses until they show every number, or a replay ends.
 
     Args:
         source: a live source that has not been started; it is closed in the end.
@@ -65,5 +65,5 @@ def record_poses(
 
 
 def _is_whole(sample: Sample) -> bool:
-    """Whether both inertial sensors said something."""
+    """Whether both inertial sensors sent readings."""
     return math.isfinite(sum(sample.gyr) + sum(sample.acc))

@@ -1,4 +1,4 @@
-"""A magnetometer in any motion: the field stands still while gyroscope and accelerometer say how the sensor turns.
+"""A magnetometer in any motion: the field is constant while gyroscope and accelerometer measure the sensor's turn.
 
     Rz(ψ) R (h − d ω × h) = H + noise,   h = (1 − M)(μ − c)                                                      (2)
 
@@ -38,7 +38,7 @@ CENTRE, SHAPE, LATE, FIELD, DRIFT = slice(0, 3), slice(3, 11), 11, slice(12, 15)
 
 
 class FieldFit(NamedTuple):
-    """What was found.
+    """The result.
 
     Attributes:
         value: (p,) c, x, d, H and the values of ψ at the knots.

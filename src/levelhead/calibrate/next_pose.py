@@ -29,21 +29,21 @@ from levelhead.units import GRAVITY
 
 POSES = 12  # with fewer there is little to hold out
 HOLD = 2.0  # s of a pose
-PATIENCE = 2  # times as many poses after which it is done, whatever is still weak: the verdict says what
+PATIENCE = 2  # times as many poses after which it is done, whatever is still weak: the verdict lists it
 STUCK = 2.0  # s of the same reading after which a sensor is refused
 
 
 class Assessment(NamedTuple):
-    """What the poses so far tell.
+    """The knowledge that the poses so far give.
 
     Attributes:
         poses: how many.
         sides: (k, 3) directions that were up, of length 1.
-        unknown: names of the accelerometer's numbers that they do not tell.
+        unknown: names of the accelerometer's numbers that they do not show.
         next: side to put up, (3,) of −1, 0 and 1.
-        axes: of the gyroscope whose scale the turns do not tell; only asked when the accelerometer is told.
+        axes: of the gyroscope whose scale the turns do not show; only asked when the accelerometer is done.
         field: of the magnetometer whose offset is weak; likewise.
-        done: whether all is told, or was asked for often enough.
+        done: whether all is known, or was asked for often enough.
     """
 
     poses: int
@@ -56,7 +56,7 @@ class Assessment(NamedTuple):
 
 
 class Instruction(NamedTuple):
-    """What to do now.
+    """The instruction of the moment.
 
     Attributes:
         words: a sentence.
@@ -65,7 +65,7 @@ class Instruction(NamedTuple):
         fraction: of the whole that is done, 0 to 1.
         up: which side is up now, in words.
         poses: taken so far.
-        unknown: names of numbers that the poses so far do not tell, each after its sensor: "accelerometer bias x".
+        unknown: names of numbers that the poses so far do not show, each after its sensor: "accelerometer bias x".
         sides: of the six sides, those that have been up: "+x", …
         done: nothing more to do.
     """
@@ -81,7 +81,7 @@ class Instruction(NamedTuple):
     done: bool
 
     def unobservable_words(self) -> str:
-        """What is not known yet, sensor by sensor: "accelerometer bias x, scale z; gyroscope y"; nothing for none."""
+        """The unknown numbers, sensor by sensor: "accelerometer bias x, scale z; gyroscope y"; nothing for none."""
         parts: dict[str, list[str]] = {}
         for one in self.unknown:
             sensor, _, name = one.partition(" ")
@@ -90,7 +90,7 @@ class Instruction(NamedTuple):
 
 
 class Guide:
-    """Takes samples and says what to do next.
+    """Takes samples and gives the next instruction.
 
     Args:
         executor: where fits run, so that reading goes on meanwhile.
@@ -117,7 +117,7 @@ class Guide:
         self._windows = 0
 
     def add(self, samples: Sequence[Sample]) -> None:
-        """What came since the last time."""
+        """The samples since the last time."""
         self._samples.add(samples)
 
     def recording(self) -> Recording:
@@ -129,7 +129,7 @@ class Guide:
         return self._samples.recording()
 
     def instruction(self, wait: bool = False) -> Instruction:
-        """What to do now.
+        """The instruction of the moment.
 
         Args:
             wait: until the poses so far have been assessed.
@@ -195,7 +195,7 @@ _UP = next(i for i, side in enumerate(SIDES) if tuple(side) == (0.0, 0.0, 1.0))
 
 
 def assess(recording: Recording, gravity: float, least: int) -> Assessment:
-    """What the poses in a recording tell, by the fits of ``calibrate_sensor``."""
+    """The knowledge that the poses in a recording give, by the fits of ``calibrate_sensor``."""
     poses, turns = find_poses([recording])
     if not poses:
         return Assessment(0, np.zeros((0, 3)), list(accelerometer.NAMES), SIDES[_UP], [], [], False)
@@ -219,13 +219,13 @@ def assess(recording: Recording, gravity: float, least: int) -> Assessment:
 
 
 def _names_of_unknown(known: Assessment) -> list[str]:
-    """What is not known yet, each number after its sensor."""
+    """The unknown numbers, each after its sensor."""
     parts = {"accelerometer": known.unknown, "gyroscope": known.axes, "magnetometer": known.field}
     return [f"{sensor} {name}" for sensor, names in parts.items() for name in names]
 
 
 def _wish(known: Assessment, settled: int, least: int) -> str:
-    """What would tell most of what is not known yet."""
+    """The pose or turn that would show most of the unknown numbers."""
     head = f"pose {settled} of {max(least, settled + 1)} taken: " if settled else ""
     if known.axes and not known.unknown:
         several = " and ".join(known.axes)

@@ -1,4 +1,4 @@
-"""What a calibration by poses has found, how sure it is, and how much better it makes the sensor."""
+"""The result of a calibration by poses: its numbers, their σ, and the gain on the sensor."""
 
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -52,7 +52,7 @@ class PoseCalibration:
         accelerometer: what is left of |a| − g, m/s².
         gyroscope: what is left at the ends of turns, degrees; None without turns.
         magnetometer: what is left of the length of the field, µT; None without magnetometer.
-        advice: sentences: what these poses cannot tell, and which would.
+        advice: sentences: the numbers that these poses do not show, and the pose that would.
         gravity: m/s² at the place.
     """
 

@@ -44,7 +44,7 @@ def calibrate_sensor(
         progress: called with the fraction done.
 
     Returns:
-        A PoseCalibration; its ``calibration`` is what filters, node and export take. A sensor that is no better with
+        A PoseCalibration; filters, node and export take its ``calibration``. A sensor that is no better with
         its numbers has none in it.
 
     Raises:
@@ -107,7 +107,7 @@ def _require_gain(level: Found, rate: Found | None, field: tuple[FieldFit, Resid
 
 
 def _field_advice(field: tuple[FieldFit, Residual] | None, poses: Sequence[Pose]) -> list[str]:
-    """What the motion has not determined of a magnetometer."""
+    """The numbers of a magnetometer that the motion has not determined."""
     if field is None:
         there = any(pose.mag is not None for pose in poses)
         return ["magnetometer: no better than no calibration, so the file leaves it out"] if there else []
@@ -118,7 +118,7 @@ def _field_advice(field: tuple[FieldFit, Residual] | None, poses: Sequence[Pose]
 def _calibration(
     level: Found, rate: Found | None, bias: Array, bias_sigma: Array, field: tuple[FieldFit, Residual] | None
 ) -> Calibration:
-    """What has made its sensor better, and the bias at rest: b = (1 − S) b₀, whose σ is that of b₀ and of S b₀."""
+    """Parts that made their sensor better; the bias at rest, b = (1 − S) b₀, with the σ of b₀ and of S b₀."""
     turned = rate is not None and rate.residual.better
     s, spread = np.zeros((3, 3)), np.diag(gyroscope.PRIOR.ravel() ** 2)
     if rate is not None and turned:
@@ -178,7 +178,7 @@ def _judge(before: Array, after: Array, held: Array, unsure: Array, noise: Array
     """The RMS of errors without a calibration, with it, and where held out.
 
     Those judge that the others determine: whose 1σ by the others is less than the RMS without a calibration. With too
-    few of them the noise stands for what is left, if the errors are clearly larger; else nothing is better.
+    few of them the noise replaces the residual, if the errors are clearly larger; else nothing is better.
 
     Args:
         before: (n,) errors without a calibration.
@@ -309,7 +309,7 @@ def _words_of_clipping(clipped: Sequence[str]) -> str:
 
 
 def _advice(level: Solution, poses: Sequence[Pose], gravity: float, rate: Solution | None) -> list[str]:
-    """What poses and turns have not determined, and which would."""
+    """The numbers that poses and turns have not determined, and the pose that would."""
     advice = []
     missing = unobservable_numbers(level.sigma)
     if missing:

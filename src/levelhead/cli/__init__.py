@@ -127,7 +127,7 @@ def _text(error: Exception, tokens: Sequence[str]) -> str:
 
 
 def _unknown_option(error: UnknownOptionError, tokens: Sequence[str]) -> str:
-    """What is said of an option that a verb does not have, but most of its siblings do."""
+    """The message for an option that a verb does not have, but most of its siblings do."""
     typed = (error.token.keyword or error.token.value).partition("=")[0]
     typed = "-o" if typed.startswith("-o") else typed  # -oFILE
     if typed not in ("-o", "--out") or tokens[0] not in WITHOUT_OUT:

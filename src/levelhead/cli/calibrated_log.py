@@ -66,7 +66,7 @@ def read_without_iron(reading: Reading, log: Path, flt: "Filter") -> "Recording"
     """The recording in a log, for a filter that follows its magnetometer.
 
     A filter that learns the magnetometer's errors takes it as it is. For another a raw magnetometer is calibrated by
-    a first pass over the log, and corrected; a note says so. Without a gain the readings stay as they are.
+    a first pass over the log, and corrected; a note reports it. Without a gain the readings stay as they are.
     """
     if flt.calibration is not None:
         return read_uncalibrated(reading, log)

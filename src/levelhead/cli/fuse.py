@@ -61,7 +61,7 @@ def _is_result(path: Path) -> bool:
 
 
 def result_names(logs: Sequence[Path]) -> list[str]:
-    """What the results of each log are called: its own name, with its folder's where two logs have the same."""
+    """The names of each log's results: the log's own, with its folder's where two logs have the same."""
     stems = [log.stem for log in logs]
     names = [f"{log.resolve().parent.name}-{log.stem}" if stems.count(log.stem) > 1 else log.stem for log in logs]
     twice = next((name for name in names if names.count(name) > 1), None)
@@ -313,7 +313,7 @@ def _pictures(
     known: "Calibration | None",
     stem: Path,
 ) -> list[Path]:
-    """Draws the track, and how the filter got to know its sensor."""
+    """Draws the track, and the sensor's errors as the filter learned them."""
     from levelhead.publish.plots import calibration_picture, track_picture
     from levelhead.publish.progress import progress
 

@@ -235,7 +235,7 @@ class FuseArguments:
         )
 
     def _calibrations(self, params: Params) -> "tuple[Calibration | None, Path | None]":
-        """What the filter starts with, and the file of what is taken off the readings."""
+        """The filter's prior, and the file of the calibration to subtract from the readings."""
         if self.prior is None or filters.of(params).calibration is not None:
             return read_prior(self.prior, params), self.calibration
         if self.calibration is not None:

@@ -20,7 +20,7 @@ def gait(
 ) -> None:
     """Find the path of a foot and its strides, from a sensor on the shoe.
 
-    The foot stands at each step: its zero velocity bounds position. A log without such stances is refused.
+    The foot is on the ground at each step: its zero velocity bounds position. A log without such stances is refused.
 
     Args:
         log: log of the sensor, at least 50 samples a second.

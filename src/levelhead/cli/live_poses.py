@@ -26,7 +26,7 @@ def record_live_poses(
     gravity: float,
     reading: Reading,
 ) -> Recording:
-    """What a guided calibration has read, until every number is known; options as for ``calibrate``.
+    """The readings of a guided calibration, until every number is known; options as for ``calibrate``.
 
     Raises:
         LevelheadError: a source that there is not or that fails, or an option that does not fit it.

@@ -34,7 +34,7 @@ WIDTHS = {"t": 1, "quat": 4, "bias": 3, "sigma": 3, "health": 1}  # of a track's
 
 @dataclass
 class Sums:
-    """What is kept of the samples that have gone by, written or not.
+    """The figures of all samples so far, written or not.
 
     Attributes:
         samples: how many.
@@ -148,7 +148,7 @@ def _options_of_result(options: FuseOptions) -> JsonObject:
 
 
 def _go_on(chunks: "Chunks", unfinished: "UnfinishedRun", rows: int) -> None:
-    """Leaves the rows out that an earlier run has done, and says so."""
+    """Leaves out the rows that an earlier run has done, and reports it."""
     if unfinished.state is not None:
         chunks.begin_at(rows)
         sys.stderr.write(f"levelhead: continues after {rows:,} samples of an interrupted run\n")

@@ -1,4 +1,4 @@
-"""What ``levelhead run`` does at the terminal: signals, a status line per second, events as they come."""
+"""``levelhead run`` at the terminal: signals, a status line per second, events as they come."""
 
 import math
 import signal

@@ -124,7 +124,7 @@ def filter_names(_: object) -> dict[str, str]:
 
 
 def filter_option(help: str) -> Parameter:
-    """``--filter`` of a command that takes several filters with parameters; ``help`` says which."""
+    """``--filter`` of a command that takes several filters with parameters; ``help`` lists them."""
     return Parameter(name=["--filter", "-f"], negative="", metavar="NAME[:K=V,…]", completer=filter_names, help=help)
 
 
@@ -231,7 +231,7 @@ def parse_filter(
 
 
 def read_parameters(path: Path | None, name: str | None) -> "ParameterFile | None":
-    """What ``--params FILE`` names, for the filter that ``--filter NAME`` names, if it does."""
+    """The parameters of ``--params FILE``, for the filter of ``--filter NAME`` if that is given."""
     if path is None:
         return None
     from levelhead.parameter_file import ParameterFile
@@ -316,7 +316,7 @@ def simulate_recording(
     sensor: str | None = None,
     noise: Path | None = None,
 ) -> "Recording":
-    """The recording that ``--simulate WHAT`` stands for: the lesson, its hard case, or a motion seen by a sensor.
+    """The recording of ``--simulate NAME``: the lesson, its hard case, or a motion seen by a sensor.
 
     Without a seed it is 42 for the lessons, 0 otherwise; the lessons have their own duration, rate and sensor. The
     noise in a file takes the place of the sensor's own; without a sensor it is the only error.
@@ -367,7 +367,7 @@ def require_writable(path: Path) -> None:
     """Makes sure before the work that results can be written into a folder, which is not made yet.
 
     Raises:
-        LevelheadError: it is no folder, or cannot be made or written.
+        LevelheadError: it is not a folder, or cannot be made or written.
     """
     there = next(one for one in (path.absolute(), *path.absolute().parents) if one.exists())
     if not there.is_dir():

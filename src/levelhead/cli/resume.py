@@ -1,4 +1,4 @@
-"""What a long run that was ended leaves beside its result, and how the same command goes on from there.
+"""The state of a long run beside its result, from which the same command continues.
 
 The folder ``.NAME.unfinished`` holds the columns that are done, and ``state.json`` what was asked for, of which file,
 and how far it is; that file is replaced whole, after the columns are on the disk. So ``kill -9`` or a power cut at any

@@ -135,7 +135,7 @@ def _node(endpoint: str | None, certificates: Path | None) -> "NodeView":
 
 
 def _commands(endpoint: str) -> list[str]:
-    """What starts a node here: a line for each serial port, and one without hardware."""
+    """Commands that start a node here: a line for each serial port, and one without hardware."""
     from levelhead.sources.devices.ports import serial_ports
 
     with suppress(LevelheadError):  # without pyserial there is no port

@@ -1,4 +1,4 @@
-"""Who does the work: this process, processes on this machine, or the workers of a Dask cluster."""
+"""Workers: this process, processes on this machine, or those of a Dask cluster."""
 
 import logging
 import time
@@ -181,7 +181,7 @@ class DaskPool:
 
 @contextmanager
 def _quiet() -> Iterator[None]:
-    """Dask tells of lost connections and busy ports on standard error; what matters is said by the run."""
+    """Dask reports lost connections and busy ports on standard error; the run reports what matters."""
     import distributed  # noqa: F401  (which gives loggers of its parts levels of their own)
 
     names = [name for name in logging.root.manager.loggerDict if name.partition(".")[0] in NOISY]

@@ -52,7 +52,7 @@ def distributions(rows: Sequence[JsonObject], figures: Figures, place: Callable[
 
 
 def axis_note(rows: Sequence[Row]) -> str:
-    """What the bars are."""
+    """The unit of the bars."""
     return f"Histograms: {BINS} bins on a logarithmic axis from the least to the largest of a figure." if rows else ""
 
 

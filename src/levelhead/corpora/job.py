@@ -1,4 +1,4 @@
-"""What is asked of every recording of a corpus, and a digest of it: two runs with one digest give the same rows."""
+"""The job of every recording of a corpus, and its digest: two runs with one digest give the same rows."""
 
 import hashlib
 import json
@@ -21,7 +21,7 @@ TRACKING = (FUSE, SMOOTH, BENCH)  # verbs that make a track
 
 @dataclass(frozen=True)
 class Job:
-    """What is done to each recording.
+    """The work on each recording.
 
     Attributes:
         verb: one of ``VERBS``.

@@ -131,7 +131,7 @@ class Summary:
         return (float(truth), *(-1.0 if value is None else float(value) for value in order))
 
     def worst_table(self) -> Table:
-        """The same with what their health says."""
+        """The same with their health in words."""
         rows: list[Row] = []
         for row in self.worst():
             cells: dict[str, str | float | None] = {"recording": row["recording"], "method": row["method"][:MAX_NAME]}
@@ -213,7 +213,7 @@ class Summary:
 
 
 def said_of(row: JsonObject, verb: str) -> str:
-    """What the health of a track, or the doctor, says of a recording, the most frequent first."""
+    """The words of a track's health, or of the doctor, for a recording, the most frequent first."""
     if verb == DOCTOR:
         return ", ".join(row["findings"][:KINDS]) or "fine"
     shares = {

@@ -18,11 +18,11 @@ from levelhead.errors import LevelheadError, require
 from levelhead.open_types import JsonObject, ReadOnlyJson, Untyped
 from levelhead.sources.formats import BY_SUFFIX, CONTAINERS
 
-MANIFEST = "corpus.json"  # stands in a folder of results
+MANIFEST = "corpus.json"  # in a folder of results
 IMU = "mav0/imu0/data.csv"  # in a recording as EuRoC and TUM-VI lay it out
 BAG = "metadata.yaml"  # in the folder of a ROS 2 bag
 SUFFIXES = frozenset((*BY_SUFFIX, *CONTAINERS))
-LISTS = re.compile(  # names of files that say something about recordings and are none
+LISTS = re.compile(  # names of files about recordings that are not recordings
     r"(trials|index|problems|manifest|metadata|datapackage|dataset_description)\.json|(readme|licen[cs]e)\.txt",
     re.IGNORECASE,
 )
@@ -39,7 +39,7 @@ class Source(NamedTuple):
     Attributes:
         name: its path below the place that was named, which is its name in the results.
         url: where it is: a local path, or a URL for fsspec.
-        stamp: sixteen digits that change when the file does, as its store says: size, and ETag or time.
+        stamp: sixteen digits that change when the file does, by its store: size, and ETag or time.
         size: bytes.
     """
 
@@ -169,7 +169,7 @@ def _say_lists(files: list[str]) -> None:
 
 
 def _files(system: Untyped, path: str) -> tuple[str, dict[str, JsonObject]]:
-    """The folder that names are relative to, and all files below a path with what their store says of them."""
+    """The folder that names are relative to, and all files below a path with their store's facts."""
     if not MAGIC.search(path):
         if system.isfile(path) and not _is_page(path):
             return path.rpartition("/")[0] or "/", {path: system.info(path)}
@@ -258,7 +258,7 @@ def _stamp(parts: Sequence[JsonObject]) -> str:
 def local_copy(source: Source, storage: ReadOnlyJson) -> Iterator[Path]:
     """The recording as a path on this machine: itself, or a copy that is removed afterwards.
 
-    A copy keeps the name of its file and of its folder, which say to which data set it belongs.
+    A copy keeps the name of its file and of its folder, which show to which data set it belongs.
     """
     if "://" not in source.url:
         yield Path(source.url)
@@ -274,7 +274,7 @@ def local_copy(source: Source, storage: ReadOnlyJson) -> Iterator[Path]:
 
 
 def is_gone(url: str, storage: ReadOnlyJson) -> bool:
-    """Whether a recording that was run is no longer there; a store that does not answer tells nothing."""
+    """Whether a recording that was run is no longer there; a store that does not answer proves nothing."""
     if "://" not in url:
         return not Path(url).exists()
     import fsspec

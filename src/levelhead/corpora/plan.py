@@ -97,12 +97,12 @@ def pack(sources: Sequence[Source], least: int = 1) -> list[tuple[Source, ...]]:
 
 
 def make_plan(sources: Sequence[Source], done: Mapping[str, Done], sensors: Mapping[str, str], workers: int) -> Plan:
-    """What is left to do.
+    """The work left to do.
 
     Args:
         sources: all recordings; those of a sensor in order of time.
         done: what is known of earlier runs, by name.
-        sensors: name of a recording -> its sensor; "" or not there: it stands for itself.
+        sensors: name of a recording -> its sensor; "" or not there: it is a sensor of its own.
         workers: how many will work.
     """
     plan = Plan(recordings=len(sources), bytes=sum(source.size for source in sources))

@@ -32,7 +32,7 @@ KEY = ("recording", "stamp", "prior", "transient")
 
 
 class Done(NamedTuple):
-    """What is known of a recording that was run."""
+    """The results of a recording that was run."""
 
     stamp: str
     prior: str  # digest of the calibration that it started with
@@ -116,8 +116,8 @@ class Results:
     def finish(self, names: Iterable[str], is_gone: Callable[[str], bool]) -> Untyped:
         """Writes all parts anew as one, sorted, and gives the rows of the recordings with these names.
 
-        Of other recordings, ``is_gone`` says by the URL whether they are no longer there; their rows stay, marked, and
-        are given too.
+        Of other recordings, ``is_gone`` decides by the URL whether they are no longer there; their rows stay,
+        marked, and are given too.
         """
         import pyarrow as pa
         import pyarrow.compute as pc
@@ -169,7 +169,7 @@ def _number(path: Path) -> int:
 
 
 def read_manifest(folder: Path) -> JsonObject:
-    """What the results in a folder are of.
+    """The job of the results in a folder.
 
     Raises:
         LevelheadError: it holds none.
@@ -178,7 +178,7 @@ def read_manifest(folder: Path) -> JsonObject:
     try:
         found = json.loads(path.read_text(encoding="utf-8"))
         if found["format"] != FORMAT:
-            raise LevelheadError(f"{path} says '{found['format']}'; this version reads '{FORMAT}'")
+            raise LevelheadError(f"{path} has the format '{found['format']}'; this version reads '{FORMAT}'")
     except OSError as error:
         raise LevelheadError(f"{folder} holds no results of levelhead corpus ({MANIFEST}: {error.strerror})") from None
     except (ValueError, KeyError, TypeError) as error:
@@ -189,7 +189,7 @@ def read_manifest(folder: Path) -> JsonObject:
 
 
 def read_job(folder: Path) -> Job:
-    """What the results in a folder are of, ready to be run again.
+    """The job of the results in a folder, ready to be run again.
 
     Raises:
         LevelheadError: it holds none.

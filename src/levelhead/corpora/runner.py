@@ -144,7 +144,7 @@ def run_job(
     memory: str | None,
     progress: Report | None,
 ) -> Untyped:
-    """What of the sources is not done yet, and the table of all of them."""
+    """The sources that are not done yet, and the table of all of them."""
     ordered, sensors = assign_sensors(job, sources, storage)
     at_work = cores() if workers is None else workers
     plan = make_plan(ordered, results.done(), sensors, at_work)

@@ -92,5 +92,5 @@ def _first_value(source: Source, column: str, storage: ReadOnlyJson) -> str:
                     if column in (rows.fieldnames or ()):
                         return str(next(rows)[column]).strip()
     except (OSError, ValueError, StopIteration):
-        return ""  # its row will say why it cannot be read
+        return ""  # its row will have the reason
     raise LevelheadError(f"{source.url} has no column {column} to tell its sensor or time by")

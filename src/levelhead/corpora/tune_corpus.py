@@ -40,7 +40,7 @@ _lock = threading.Lock()
 
 
 class ReferenceWish(NamedTuple):
-    """What a worker needs to make a reference."""
+    """The data from which a worker makes a reference."""
 
     job: Job
     storage: ReadOnlyJson

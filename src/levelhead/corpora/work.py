@@ -1,4 +1,4 @@
-"""One recording of a corpus: read, run, and said in rows; whatever goes wrong with it becomes a row too."""
+"""One recording of a corpus: read, run, and written as rows; a failure becomes a row too."""
 
 import hashlib
 import json
@@ -132,7 +132,7 @@ class Attempt:
         return True
 
     def _words(self, error: Exception) -> tuple[str, bool]:
-        """What went wrong, and whether it may go right another time."""
+        """The error, and whether another try may succeed."""
         url = self._source.url
         if isinstance(error, LevelheadError):
             return str(error), False

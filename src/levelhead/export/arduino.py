@@ -82,7 +82,7 @@ def _chip(chip: SketchChip) -> dict[str, object]:
 
 
 def _bias(config: ExportConfig) -> dict[str, str]:
-    """The gyroscope's bias is read off at the start, unless the filter or its calibration knows of it already."""
+    """The gyroscope's bias is read off at the start, unless the filter or its calibration has it already."""
     if config.prior is not None or config.calibration is not None:
         start = "The gyroscope's bias is among what is known of this sensor."
         return {"still": "", "wait": "", "bias": "", "unbiased": "gyr[k]", "start": start}
@@ -96,7 +96,7 @@ def _bias(config: ExportConfig) -> dict[str, str]:
 
 
 def _log_inputs(config: ExportConfig, given: str) -> str:
-    """What the filter was fed with, into the log."""
+    """The filter's input, into the log."""
     if not config.corrects:
         return RAW
     lines = [f"  const {ANY_FILTER}_readings fed = {ANY_FILTER}_corrected(&filter, {given}, NULL);"]

@@ -60,7 +60,7 @@ class Memory:
 
 
 def memory(api: Api, board: TargetBoard) -> Memory:
-    """What the sketch with a filter takes on a board; the filter's C has been written before."""
+    """The memory of the sketch with a filter on a board; the filter's C has been written before."""
     real = 8 if api.config.real == "double" and board.machine.real == 8 else 4
     filter_size = api.size(Machine("", real, board.machine.alignment))
     if isinstance(api, AxisApi):

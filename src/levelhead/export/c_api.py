@@ -43,7 +43,7 @@ ANY_FILTER = "lh_filter"  # the name of every filter, where a program asks for i
 
 
 class CApi:
-    """What header and source of every export share.
+    """The part that header and source of every export share.
 
     Attributes:
         program: the kernels.
@@ -70,7 +70,7 @@ class CApi:
         return machine.size(self.whole)[0]
 
     def common_gaps(self) -> dict[str, object]:
-        """What the gaps of these names are filled with in every template."""
+        """The text for the gaps of these names in every template."""
         return {
             "name": self.name,
             "guard": self.name.upper(),
@@ -147,7 +147,7 @@ class CApi:
         return lines, self.program.constants.lines()
 
     def carry_gaps(self) -> dict[str, object]:
-        """What the functions that save and restore a filter are filled with."""
+        """The text of the functions that save and restore a filter."""
         carry = self.whole.fields["carry"]
         definitions = [line for struct in within(carry) for line in self.program.types.definition(struct, {})]
         words = "\n".join([self.name, VERSION, *definitions])
@@ -196,7 +196,7 @@ def aliases(name: str, code: str) -> str:
 
 
 def module_title(config: ExportConfig) -> str:
-    """The first line of what a filter's module says of itself."""
+    """The first line of a filter module's docstring."""
     title = module_words(filters.module_of(config.flt)).split("\n")[0].rstrip(".")
     return title.removeprefix(f"{config.flt.name}: ")
 

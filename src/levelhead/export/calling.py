@@ -22,7 +22,7 @@ class ProcedureCalls:
         self._temporaries = 0
 
     def call(self, procedure: Untyped, given: Sequence[Value]) -> Value | None:
-        """What a procedure returns for arguments."""
+        """The result of a procedure for arguments."""
         call = Call(procedure, {}, [])
         records: dict[str, Value] = {}
         for part, shape in procedure.parts:

@@ -1,5 +1,5 @@
-"""What is exported: a filter with its numbers, with or without the guard, or on one axis, in single or double, and what
-is known of its sensor.
+"""The exported program: a filter with its numbers, with or without the guard, or on one axis, in single or double, and
+its sensor's calibration.
 """
 
 from dataclasses import dataclass
@@ -30,8 +30,8 @@ class ExportConfig:
     """One export.
 
     Attributes:
-        params: of the filter; they say which one.
-        guard: what stands in front of it; None: the filter sees every reading as it is.
+        params: of the filter, whose class names it.
+        guard: in front of it; None: the filter sees every reading as it is.
         real: the type of all numbers.
         axis: the filter of one level and its rate instead of that of an IMU.
         prior: what an earlier run has learned of the same sensor: the filter starts with it.
@@ -76,7 +76,7 @@ class ExportConfig:
 
     @property
     def answers(self) -> dict[str, str]:
-        """What a program can ask the filter for, and the field of ``contract.Output`` that it is."""
+        """The calls of a program for a result, and the field of ``contract.Output`` that it is."""
         return {name: field for name, field in ANSWERS.items() if name not in self.without}
 
     @property
@@ -86,11 +86,11 @@ class ExportConfig:
 
     @property
     def settings(self) -> Settings:
-        """What the driver is told."""
+        """The driver's settings."""
         return Settings(self.params, self.guard or Guard())
 
     def begin(self) -> Carry:
-        """What the driver carries before the first sample, in plain Python.
+        """The driver's carry before the first sample, in plain Python.
 
         Raises:
             LevelheadError: the filter learns nothing of its sensor, and there is a prior.
@@ -104,13 +104,13 @@ class ExportConfig:
 
     @property
     def corrections(self) -> Calibration | None:
-        """What is taken off the readings: the calibration, or the matrices of a prior from poses; None: nothing."""
+        """The correction of the readings: the calibration, or the matrices of a prior from poses; None: nothing."""
         if self.calibration is not None or self.prior is None:
             return self.calibration
         return self.prior.matrices()
 
     def readings(self, gyr: Vec3, acc: Vec3, mag: Vec3) -> Readings:
-        """What the filter is fed with for these readings."""
+        """The filter's input for these readings."""
         turned = [Vec3(*self.axes.turn(v)) for v in (gyr, acc, mag)]
         if "mag" in self.without:
             turned[2] = ZERO

@@ -24,8 +24,8 @@ FLAGS = (
     "-ffp-contract=off",  # no fused multiply-add: each operation rounds once, as in Python
     *("-fno-math-errno", "-fno-trapping-math"),  # nobody asks for errno or floating-point signals; values stay
 )
-WISHES = (  # of gcc, where it knows them
-    # What of -O3 makes the ESKF a third faster than -O2 does; all of -O3 takes half as long again to compile.
+WISHES = (  # of gcc, where it has them
+    # The part of -O3 that makes the ESKF a third faster than -O2 does; all of -O3 takes half as long again to compile.
     *("-fpeel-loops", "-fvect-cost-model=dynamic"),
     # Ranges of values gain nothing here, and half of the time to compile goes into them once loops are peeled.
     "-fno-tree-vrp",
@@ -59,7 +59,7 @@ def _run(command: list[str]) -> None:
 
 
 def _takes(command: list[str], flag: str, text: str) -> bool:
-    """Whether the compiler knows a flag, with which it is to compile a text."""
+    """Whether the compiler accepts a flag, with which it is to compile a text."""
     with tempfile.TemporaryDirectory() as folder:
         source = Path(folder, "probe.c")
         source.write_text(text, encoding="utf-8")

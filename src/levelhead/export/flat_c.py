@@ -429,7 +429,7 @@ class Body:
         return self._function(node), PRIMARY
 
     def _function(self, node: Operand) -> str:
-        """A call of the C library, or of what stands for a word of Python."""
+        """A call of the C library, or of the replacement of a word of Python."""
         op, texts = node.op, [self._text(part) for part in node.arguments]
         if op == "abs" and node.kind == INT:
             return f"lh_max_int({texts[0]}, -({texts[0]}))"

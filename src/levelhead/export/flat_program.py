@@ -212,7 +212,7 @@ class FlatProgram:
         yield module, lines
 
     def private_types(self) -> list[Struct]:
-        """Types that only this file knows, inner ones first."""
+        """Types of this file alone, inner ones first."""
         found: list[Struct] = []
         for procedure in self.order():
             classes = [*procedure.by_place.values(), self.writer.record_type(procedure)]

@@ -66,7 +66,7 @@ class _Substitution:
     new: Items
 
     def of(self, nodes: Iterable[Operand]) -> tuple[Operand, ...]:
-        """What stands for some nodes."""
+        """The replacement of some nodes."""
         return tuple(self.values.get(node, node) for node in nodes)
 
     def apply(self, item: Item) -> None:

@@ -3,7 +3,7 @@
 A value is an ``Operand`` (one number, or an array) or a ``Record`` (a NamedTuple of values). ``Items`` compute
 operands: the body of a procedure, one arm of a ``Branch``, or the body of a ``Loop``. Numbers that last from sample to
 sample lie at a ``Place``, a member of a struct in C; between two changes of it, a place has one ``load`` node. An
-array is written in place: each ``element`` is loaded where it stands among the items, each ``Put`` changes one.
+array is written in place: each ``element`` is loaded from its place among the items, each ``Put`` changes one.
 """
 
 from collections.abc import Iterator
@@ -32,7 +32,7 @@ class Place(NamedTuple):
 
     @property
     def field(self) -> tuple[RecordField, ...]:
-        """What a number is, wherever it lies: its field; with the field of its vector, where it is a part of one."""
+        """The meaning of a number: its field; with the field of its vector, where it is a part of one."""
         vector = len(self.members) > 1 and self.members[-1].owner in (Vec3, Quat)
         return self.members[-2:] if vector else self.members[-1:]
 
@@ -57,7 +57,7 @@ class Operand:
         shape: of an array.
         block: where it is computed; None for what is not computed.
         hint: the variable of the kernel that holds it.
-        origin: the kernel that computes it, or in which a constant stands.
+        origin: the kernel that computes it, or that has the constant.
         after: the item of the block behind which a load is what lies at its place; None: its beginning.
     """
 
@@ -104,7 +104,7 @@ class Items:
 
     @property
     def parent(self) -> "Items | None":
-        """The block in which the branch stands."""
+        """The block of the branch."""
         return self.branch.block if self.branch else None
 
     @property

@@ -83,7 +83,7 @@ class GraphBuilder:
         return self._constants.setdefault((module, name, repr(value)), Operand("named", (), FLOAT, content))
 
     def load(self, place: Place, kind: str) -> Operand:
-        """What lies at a place from now on."""
+        """Sets the value at a place from now on."""
         member = place.members[-1] if place.members else None
         if place.field in self.steady:
             return self.constant(self.steady[place.field])
@@ -253,7 +253,7 @@ class GraphBuilder:
         return left[0] if len(left) == 1 else self.operate(op, BOOL, *left)
 
     def decide(self, condition: Operand) -> bool | None:
-        """What a condition is, where that follows from the branch that was taken."""
+        """The value of a condition that follows from the branch that was taken."""
         if condition.op == "const":
             return bool(condition.content)
         for block in self.block.ancestors():

@@ -97,7 +97,7 @@ class ImuApi(CApi):
         return {f"{self.name}.h": self._header(), f"{self.name}.c": source}
 
     def _aiding(self) -> dict[str, object]:
-        """What the calls for position, velocity and height are filled with."""
+        """The text of the calls for position, velocity and height."""
         row = {"row": "row", "value": "value", "deviation": "sigma", "age": "age"}
         places = {"params": "filter->settings.filter", "state": "filter->carry.run.state", "nav_state": "found"}
         return {

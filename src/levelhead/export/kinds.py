@@ -1,4 +1,4 @@
-"""What a value of the kernel language can be, and how it is called in C."""
+"""The kinds of values in the kernel language, and their names in C."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -22,7 +22,7 @@ class Array:
 
 @dataclass(eq=False)
 class Struct:
-    """A NamedTuple; a field whose kind nobody has said yet is None, until the first value of it is made.
+    """A NamedTuple; a field of unknown kind is None, until the first value of it is made.
 
     Attributes:
         name: of the class.

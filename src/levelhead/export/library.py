@@ -1,4 +1,4 @@
-"""The folder that Arduino and PlatformIO know as a library: what describes it, a class, and an example of its use."""
+"""A library folder for Arduino and PlatformIO: its description, a class, and an example of its use."""
 
 import json
 import re
@@ -67,7 +67,7 @@ def _platformio(api: CApi, sentence: str) -> str:
 
 
 def _keywords(name: str, header: str, axis: bool) -> str:
-    """What the IDE colours: tabs between the columns."""
+    """The words that the IDE colours: tabs between the columns."""
     functions = sorted(set(re.findall(rf"\b{name}_\w+(?=\()", header)))
     types = sorted(set(re.findall(rf"}} ({name}\w*);", header)))
     lines = [f"{word}\tKEYWORD1" for word in (class_name(name), *types)]

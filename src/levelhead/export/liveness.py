@@ -1,4 +1,4 @@
-"""What a program needs: the numbers that reach a result, through the fields of its states; all else is left out.
+"""The needs of a program: the numbers that reach a result, through the fields of its states; all else is left out.
 
 A store is needed if its field is read by something that is needed. The search begins with nothing but the results and
 goes on until nothing is added, so that fields which serve only one another are left out as well.
@@ -11,7 +11,7 @@ from levelhead.export.procedures import Procedure, outer_place
 
 
 class Liveness:
-    """What is needed.
+    """The numbers needed.
 
     Attributes:
         members: fields that are read.

@@ -1,4 +1,4 @@
-"""What names mean in a kernel: the Python objects behind them, the arguments of calls, what is read and written."""
+"""The meaning of names in a kernel: the Python objects behind them, the arguments of calls, names read and written."""
 
 import ast
 import builtins
@@ -14,7 +14,7 @@ ALLOCATIONS = {"empty", "zeros"}  # of NumPy; ``arrays.zeros`` is marked
 
 
 def resolve_name(function: KernelFunction, node: ast.AST, local: Container[str] = ()) -> PythonObject:
-    """The Python object that a name or ``module.name`` stands for; ``MISSING`` where it is a value of the kernel."""
+    """The Python object of a name or ``module.name``; ``MISSING`` where it is a value of the kernel."""
     found: object = MISSING
     if isinstance(node, ast.Name) and node.id not in local:
         found = function.__globals__.get(node.id, getattr(builtins, node.id, MISSING))

@@ -81,7 +81,7 @@ READINGS = {f"{name}_{axis}": f"{name}[{i}]" for name in ("gyr", "acc", "mag") f
 
 
 class Unit(Protocol):
-    """What one file of C is made of: a program in double, and functions around it.
+    """One file of C: a program in double, and functions around it.
 
     Attributes:
         program: the kernels.
@@ -96,7 +96,7 @@ class Unit(Protocol):
     has_arrays: bool
 
     def gaps(self) -> dict[str, object]:
-        """What that template leaves open; asked for when the kernels are written, which finds their arrays."""
+        """The gaps of that template; asked for when the kernels are written, which finds their arrays."""
 
 
 def text(unit: Unit, name: str, symbol: str) -> str:
@@ -143,7 +143,7 @@ def _imports(path: str) -> set[str]:
 
 
 def _path(module: str) -> str | None:
-    """A module's file inside the package; None for a name that is no module, or a package that only lists others."""
+    """A module's file inside the package; None for a name that is not a module, or a package that only lists others."""
     stem = module.removeprefix("levelhead.").replace(".", "/")
     if stem in ("filters", "engine", "errors"):  # lists of others; sentences
         return None
@@ -213,7 +213,7 @@ def _program(roots: Iterable[Root], values: Iterable[Value] = ()) -> FlatProgram
 
 
 NUMBER, WHOLE = Operand("const", (), "float", 0.0), Operand("const", (), "int", 0)
-ROW = Operand("const", (), ARRAY, shape=(1,))  # an array whose length the kernel does not know
+ROW = Operand("const", (), ARRAY, shape=(1,))  # an array of a length unknown to the kernel
 
 
 class ImuUnit:
@@ -248,7 +248,7 @@ class ImuUnit:
             yield Root("place", self.flt.aiding.nav_state, [settings.get("filter"), self._state])
 
     def gaps(self) -> dict[str, object]:
-        """What the template of its functions leaves open."""
+        """The gaps of its functions' template."""
         call = self.program.call
         gaps = {
             "Settings": "Settings",
@@ -317,7 +317,7 @@ class AxisUnit:
         return self.program.call(name, {}, paths | readings)
 
     def gaps(self) -> dict[str, object]:
-        """What the template of its functions leaves open."""
+        """The gaps of its functions' template."""
         writer, step, read = self.program.writer, self.program.procedures["step"], self.program.procedures["read"]
         members = writer.result_members(step).values()
         inner = [path for _, path in number_paths(self._state, "")]
@@ -409,7 +409,7 @@ class SmootherUnit:
         return [hints[name] for name in _arguments(kernel)]
 
     def gaps(self) -> dict[str, object]:
-        """What the template of its functions leaves open."""
+        """The gaps of its functions' template."""
         kept, corrections = ["s->numbers", "s->count"], ["s->turn", "s->before", "s->bias", "s->sigma"]
         block = ["s->t", "s->numbers", "k", "s->count", "first", "last"]
         turn, before, bias, sigma = corrections

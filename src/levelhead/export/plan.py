@@ -109,7 +109,7 @@ class StatementPlan:
             self._uses.setdefault(node, []).append((block, user))
 
     def _is_inner(self, node: Operand) -> bool:
-        """Whether a number stands inside of the expression that uses it."""
+        """Whether a number is written inside the expression that uses it."""
         if node.op == "row":
             return True
         return len(self._uses.get(node, ())) == 1 and self._size(node) <= LARGEST
@@ -216,7 +216,7 @@ class StatementPlan:
                     steps.append((arm, (item, arm)))
 
     def _root(self, user: Untyped, block: Items) -> tuple[Untyped, Items]:
-        """The statement in which a use stands, and its block."""
+        """The statement of a use, and its block."""
         while isinstance(user, Operand) and user.op not in ("phi", "carried") and user not in self.held:
             (block, user) = self._uses[user][0]
         if isinstance(user, Operand) and user.op in ("phi", "carried"):

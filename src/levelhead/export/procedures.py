@@ -39,7 +39,7 @@ from levelhead.export.type_table import annotations
 from levelhead.open_types import Untyped
 
 Homes = Mapping[type, Place | None]
-WORTH = 40  # operations from which a kernel that stands in several places is called
+WORTH = 40  # operations from which a kernel of several places is called
 RARE = 8  # and one that is marked as rare
 
 
@@ -93,7 +93,7 @@ class Procedure:
     puts: set[Operand] = field(default_factory=set)
 
     def outside(self, array: Operand, call: Call, caller: GraphBuilder) -> Operand:
-        """What an array of this procedure is for its caller."""
+        """The caller's array of an array of this procedure."""
         if array.op == "row":
             given = (self.outside(array.base, call, caller), *array.arguments[1:])
             return Operand("row", given, ARRAY, shape=array.shape)
@@ -222,7 +222,7 @@ def _trace_procedure(
 
 
 def _take(made: Procedure, value: Value, part: Part, homes: Homes, wanted: str | None) -> Value:
-    """What a kernel is given for an argument or a part of it: a record at a place, or numbers."""
+    """The value of an argument or a part of it: a record at a place, or numbers."""
     large = isinstance(value, Record) and len(list(leaves(value))) >= made.least
     if isinstance(value, Record) and made.graph.is_frozen(value):
         return made.graph.copy(value)

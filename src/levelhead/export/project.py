@@ -19,7 +19,7 @@ from levelhead.export.wasm import package_files
 
 
 def build_c_api(config: ExportConfig) -> ImuApi | AxisApi:
-    """What writes header and source of what was chosen."""
+    """The writer of header and source for the chosen program."""
     return AxisApi(config) if config.axis else ImuApi(config)
 
 

@@ -34,7 +34,7 @@ def selftest(api: CApi) -> dict[str, str]:
 
 
 def literal(value: float, real: str) -> str:
-    """A literal that reads back exactly; infinity and what is no number by their names."""
+    """A literal that reads back exactly; infinity and NaN by their names."""
     if math.isnan(value):
         return "NAN"
     if math.isinf(value):

@@ -1,4 +1,4 @@
-"""What an export knows of its own sensor, as C: how it is mounted, what it does wrong, what an earlier run learned."""
+"""The sensor of an export, as C: its mounting, its errors, and the learned calibration of an earlier run."""
 
 import textwrap
 from collections.abc import Callable, Iterator
@@ -33,7 +33,7 @@ def _silent(part: Estimate) -> Estimate:
 
 
 def _prior_numbers(config: ExportConfig) -> Iterator[tuple[str, dict[Place, float]]]:
-    """Quantity -> the numbers in the state by which a filter knows of it before its first sample."""
+    """Quantity -> the numbers in the state that a filter has of it before its first sample."""
     if config.prior is None or config.flt.calibration is None:
         return
     state, known = config.begin().run.state, config.prior.prior()
@@ -63,7 +63,7 @@ def prior_table(config: ExportConfig, types: TypeTable) -> str:
 
 
 def prior_start(config: ExportConfig) -> str:
-    """The lines that tell a filter, before its first sample, what is in the table; empty without one."""
+    """The lines that give a filter the table before its first sample; empty without one."""
     lists = {path for _, numbers in _prior_numbers(config) for path, _ in numbers}
     if not lists:
         return ""
@@ -96,7 +96,7 @@ def learned_errors(config: ExportConfig) -> tuple[str, dict[str, object]]:
 
 
 def about(config: ExportConfig) -> str:
-    """What the header says about it: lines of its first comment."""
+    """The header's lines about it, in its first comment."""
     lines: list[str] = []
     if config.axes != IDENTITY:
         axes = str(config.axes).replace(",", ", ")
@@ -112,7 +112,7 @@ def about(config: ExportConfig) -> str:
 
 
 def _words(found: Calibration) -> list[str]:
-    """What was found, but for the field, which belongs to the place."""
+    """The calibration without the field, which belongs to the place."""
     return [f"    {line}" for line in found.without("field").words()]
 
 
@@ -123,7 +123,7 @@ def field_unit(config: ExportConfig) -> str:
 
 
 def frame(config: ExportConfig) -> str:
-    """What the orientation is of."""
+    """The body of the orientation."""
     return "sensor" if config.axes == IDENTITY else "body"
 
 

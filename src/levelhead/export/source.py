@@ -1,4 +1,4 @@
-"""A kernel as it was written: its syntax tree, where each line stands, and the comments, which a parser throws away."""
+"""A kernel as it was written: its syntax tree, each line's number, and the comments, which a parser throws away."""
 
 import ast
 import functools
@@ -15,7 +15,7 @@ from levelhead.compiler.mark import KernelFunction
 from levelhead.errors import LevelheadError
 
 REMARKS = ("fmt:", "noqa", "type:", "ruff:")  # comments for tools, not for readers
-PYTHON = "plain Python"  # what is said about it is of no use in C
+PYTHON = "plain Python"  # its comments are of no use in C
 
 
 def comments(text: str) -> dict[int, str]:
@@ -36,7 +36,7 @@ class Source:
         function: the kernel.
         tree: its definition, with statements that can never run left out.
         comments: line of the tree -> comment.
-        first: line of the file at which the tree's first line stands.
+        first: number in the file of the tree's first line.
     """
 
     function: KernelFunction
@@ -72,7 +72,7 @@ def read_source(function: KernelFunction) -> Source:
 
 
 def constant(function: KernelFunction, test: ast.expr) -> bool | None:
-    """What a condition is if it is decided before the kernel runs, as by ``hooks.OWN_SIGMA``; None if it is not."""
+    """The value of a condition that is decided before the kernel runs, as by ``hooks.OWN_SIGMA``; None if it is not."""
     if isinstance(test, ast.UnaryOp) and isinstance(test.op, ast.Not):
         inner = constant(function, test.operand)
         return None if inner is None else not inner
@@ -151,7 +151,7 @@ def place(module: str, name: str) -> int:
 
 @functools.cache
 def remark(module: str, name: str) -> str:
-    """What stands behind a constant of a module: how it is computed, where that says more than the number, and why."""
+    """The origin of a module's constant: its expression, if that shows more than the number, and its comment."""
     for statement in _assignments(module, name):
         said = _module(module)[1].get(statement.end_lineno or statement.lineno, "")
         if isinstance(statement.value, ast.Constant | ast.UnaryOp | ast.Call | ast.Tuple):
@@ -162,7 +162,7 @@ def remark(module: str, name: str) -> str:
 
 
 def position(function: KernelFunction) -> int:
-    """The line at which a kernel stands in its file."""
+    """The line of a kernel in its file."""
     return function.__code__.co_firstlineno
 
 

@@ -1,4 +1,4 @@
-"""What a self-test is fed with, and what the filter made of it in Python: rest, a turn, and everything that goes wrong.
+"""The input of a self-test, and the filter's output in Python: rest, a turn, and everything that goes wrong.
 
 The readings are made by whole-number arithmetic and rounded to a few decimals, so that they are the same on every
 machine; in double the answers must be the same to the bit.
@@ -30,7 +30,7 @@ class VectorSample(NamedTuple):
 
 
 class VectorRow(NamedTuple):
-    """A sample, whether it is taken, and what the filter says after it."""
+    """A sample, whether it is taken, and the filter's output after it."""
 
     sample: VectorSample
     taken: bool
@@ -81,7 +81,7 @@ def vector_samples() -> list[VectorSample]:
 
 
 def _disturb(i: int, sample: VectorSample) -> VectorSample:
-    """What goes wrong: readings missing, infinite and silent, time that stands still, a gap, a shock, a magnet."""
+    """The faults: readings missing, infinite and silent, time that does not advance, a gap, a shock, a magnet."""
     dt, gyr, acc, mag = sample
     nowhere, silent = Vec3(NAN, NAN, NAN), Vec3(0.0, 0.0, 0.0)
     if i == 0:

@@ -1,6 +1,6 @@
 """From a kernel's syntax tree to a graph: records fall apart into numbers, and calls become what they compute.
 
-A kernel that stands in many places, or that few samples reach, stays a call (``procedures`` decides). Its records are
+A kernel that many places call, or that few samples reach, stays a call (``procedures`` decides). Its records are
 passed by their place, and those that it returns are written there; a value of before that is read later is loaded in
 time. ``graph_builder`` makes the nodes.
 """
@@ -43,7 +43,7 @@ BY_PLACE = 5  # numbers from which a record is passed by its place
 
 
 class Callees(Protocol):
-    """What a tracer asks of the whole."""
+    """The parts of the whole that a tracer uses."""
 
     steady: Steady
     frozen: tuple[type, ...]
@@ -93,7 +93,7 @@ class Tracer:
     # Calls
 
     def call(self, function: KernelFunction, given: Sequence[Value]) -> Value | None:
-        """What a kernel returns."""
+        """The result of a kernel."""
         if self._callees.is_called(function):
             procedure = self._callees.procedure(function, given, self.graph.homes)
             return self._calls.call(procedure, given)
@@ -274,7 +274,7 @@ class Tracer:
         return True
 
     def _last(self, value: Value, loop: Loop) -> Value:
-        """What a variable that begins in a loop is behind it."""
+        """The value behind a loop of a variable that begins in it."""
         if isinstance(value, Record):
             return Record(value.cls, tuple(self._last(part, loop) for part in value.values))
         if value.kind == ARRAY:
@@ -287,7 +287,7 @@ class Tracer:
     def _contents_behind(
         self, loop: Loop, before: dict[Place, Operand], node: ast.For, frame: KernelFrame
     ) -> dict[Place, Operand]:
-        """What lies at places after a loop: it may only write records of its own."""
+        """The values at places after a loop: it may only write records of its own."""
         inside = [item for _, item in items_within(loop.arms[0])]
         calls = [item for item in inside if isinstance(item, Call)]
         own = {root for call in calls for root in call.temporaries}
@@ -415,12 +415,12 @@ class Tracer:
     def _number(self, node: ast.expr, frame: KernelFrame) -> Operand:
         value = self._value(node, frame)
         if not isinstance(value, Operand) or value.kind == ARRAY:
-            raise frame.source.refuse(node, f"{ast.unparse(node)} is no number")
+            raise frame.source.refuse(node, f"{ast.unparse(node)} is not a number")
         return value
 
     def _of_Constant(self, node: ast.Constant, frame: KernelFrame) -> Value:
         if not isinstance(node.value, int | float):
-            raise frame.source.refuse(node, f"{node.value!r} is no number")
+            raise frame.source.refuse(node, f"{node.value!r} is not a number")
         number = self.graph.constant(node.value)
         number.origin = number.origin or frame.function
         return number
@@ -495,7 +495,7 @@ class Tracer:
             block = graph.block
             items, nodes, loads, contents = len(block.items), dict(block.nodes), len(graph.loads), dict(graph.contents)
             found = self._condition(part, frame)
-            if i > 0 and any(map(_reads_array, block.items[items:])):  # what stands before may say that it is not there
+            if i > 0 and any(map(_reads_array, block.items[items:])):  # an operand before may exclude it
                 del block.items[items:], graph.loads[loads:]
                 block.nodes, graph.contents = nodes, contents
                 rest = ast.copy_location(ast.Return(ast.BoolOp(node.op, node.values[i:])), node)

@@ -31,7 +31,7 @@ class TypeTable:
         self._structs: dict[object, Struct] = {}
 
     def struct(self, cls: type) -> Struct:
-        """The kind of a NamedTuple, by its annotations; a field that they leave open is said by its first value."""
+        """The kind of a NamedTuple, by its annotations; a field that they leave open has that of its first value."""
         if cls not in self._structs:
             struct = self._structs[cls] = Struct(cls.__name__, {}, cls)
             hints = annotations(cls)

@@ -33,7 +33,7 @@ PARTS = {"bias": 3, "sigma": 3}  # answers of several numbers beside the quatern
 WORDS = {
     "bias": "Bias of the gyroscope, rad/s.",
     "sigma": "1 sigma of the attitude error about east, north and up, rad.",
-    "health": "What was wrong with the last sample: bits; 0 is well.",
+    "health": "Faults of the last sample: bits; 0 means none.",
 }
 FIRST, PERIOD = 171.5, 360.0  # of the self-test of one axis
 

@@ -36,7 +36,7 @@ class ClockOffset:
     def add(self, sent: float, node_time: float, received: float) -> None:
         """A question that was sent at ``sent`` and answered at ``received`` (s on the reader's clock).
 
-        The answer says ``node_time`` (s on the node's clock), which was read in between. The measurement replaces the
+        The answer has ``node_time`` (s on the node's clock), which was read in between. The measurement replaces the
         estimate if its round trip is shorter, if both contradict each other (a clock was set), or if the estimate is
         old.
         """

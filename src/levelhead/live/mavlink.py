@@ -53,7 +53,7 @@ class MavlinkSource:
     """Samples from HIGHRES_IMU, SCALED_IMU or RAW_IMU, SCALED_PRESSURE and the autopilot's attitude; see ``Source``.
 
     The first of the three that comes is kept to. RAW_IMU has no unit in the standard; ArduPilot's mG, mrad/s and mgauss
-    are taken, and said.
+    are taken, and reported.
 
     Args:
         place: see ``parse_place``; without an address only this machine is heard.

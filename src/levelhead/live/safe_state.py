@@ -82,7 +82,7 @@ class SafeState:
             self._journal.begin("invalid", f"{EVENTS['invalid']}: {why}")
 
     def end(self) -> None:
-        """As ``enter`` when the node ends, which is no fault and has an event of its own."""
+        """As ``enter`` when the node ends, which is not a fault and has an event of its own."""
         if "invalid" not in self._journal.active:
             self._publish_invalid()
 

@@ -125,7 +125,7 @@ class _NodeWatch:
         """Says why nothing comes, once that has lasted.
 
         Raises:
-            LevelheadError: what answers at the endpoint does not let this reader in, or is no node.
+            LevelheadError: the endpoint does not let this reader in, or is not a node.
         """
         if self._answered:
             return

@@ -1,6 +1,6 @@
 """Sessions of Eclipse Zenoh: peer to peer, with no broker and no search of the network.
 
-A node listens, on the loopback unless told otherwise; subscribers connect, whoever is first. What leaves the machine is
+A node listens, on the loopback by default; subscribers connect in any order. Traffic that leaves the machine is
 encrypted and both sides show certificates, or it is refused.
 """
 
@@ -136,7 +136,7 @@ def open_session(given: JsonObject) -> Untyped:
 def check_handshake(endpoint: str, certificates: Path | None) -> None:
     """Tries TLS with the node, because Zenoh retries for ever without giving a reason.
 
-    A node that is not reached may come later, and is no error.
+    A node that is not reached may come later: no error.
 
     Raises:
         LevelheadError: one side refuses the other's certificate.

@@ -22,7 +22,7 @@ PER_OCTAVE = 4  # values of τ
 CHUNK = 1 << 15  # differences at a time: they stay in the processor's cache
 TERMS = 1 << 18  # of the sum: with twice as many there may be steps between them, of which there are at least
 FINE = 5  # octaves of factors below 32
-STEPS = 32  # to a τ, which leaves the estimate as it is (neighbouring terms say the same)
+STEPS = 32  # to a τ, which leaves the estimate as it is (neighbouring terms are nearly equal)
 
 # Types of noise by their place in ``noise.fit.TERMS``
 QUANTISATION, WHITE, FLICKER, WALK = range(4)

@@ -1,4 +1,4 @@
-"""What measured noise means: beside data sheets, in sentences, and what a longer recording would show."""
+"""An assessment of measured noise: beside data sheets, in sentences, and the gain of a longer recording."""
 
 import math
 
@@ -14,10 +14,10 @@ from levelhead.units import factor
 
 NAMES = {"gyr": "gyroscope", "acc": "accelerometer", "mag": "magnetometer"}
 SHEET_UNITS = {"gyr": "deg/s", "acc": "g", "mag": "µT"}
-AS_SAID = 1.25  # a ratio from 1/1.25 to 1.25 is what the sheet says
+AS_SAID = 1.25  # a ratio from 1/1.25 to 1.25 agrees with the sheet
 SAME = 1.05  # where the chip is not known: the sheets that are as near are named
 LENGTHS = 100.0  # times the τ at which an Allan deviation is flat, that a recording needs to show it
-WHOLE = 0.9  # of a recording at rest: with less it is said
+WHOLE = 0.9  # of a recording at rest: with less a sentence warns
 BAD_FIT = 6.0  # mean squared misfit in σ from which there is more than these noises
 
 
@@ -42,7 +42,7 @@ def noise_verdict(model: NoiseModel, chip: Chip | None = None) -> list[str]:
 
     Args:
         model: from ``measure_noise``.
-        chip: the sensor, if it is known; by default all data sheets that levelhead knows are compared.
+        chip: the sensor, if it is known; by default all data sheets of levelhead are compared.
     """
     lines = []
     if model.duration < WHOLE * model.recorded:
@@ -115,7 +115,7 @@ def _instability(name: str, triad: TriadNoise, duration: float) -> str:
 
 
 def _drift(name: str, drift: TemperatureDrift) -> list[str]:
-    """What temperature does to the bias, and how much that is worth."""
+    """The effect of temperature on the bias, and its size."""
     unit = {"gyr": "deg/s", "acc": "mg", "mag": "µT"}[name]
     scale = 1.0 / factor(name, unit)
     slopes = ", ".join(f"{axis} {scale * drift.value[i, 1]:.2g}" for i, axis in enumerate("xyz"))

@@ -66,7 +66,7 @@ def shapes(tau: Array) -> Array:
 
 
 class Data(NamedTuple):
-    """What is fitted: the terms of equation 1, σ² as measured, its ν, what whitens the roots of equation 2, and
+    """The data of the fit: the terms of equation 1, σ² as measured, its ν, the whitening of equation 2's roots, and
     squares that are known (place -> square).
     """
 

@@ -133,7 +133,7 @@ class NoiseModel:
         """The same filter with this noise: Q and R of its model.
 
         ``ESKF`` and ``EKF``: density of rate and specific force, random walk of the biases. ``Kalman``: q_angle = N²,
-        q_bias = K², r_measure = the variance of a sample's tilt. The R of ``EKF`` and ``Kalman`` stands for the
+        q_bias = K², r_measure = the variance of a sample's tilt. The R of ``EKF`` and ``Kalman`` includes the
         accelerations of the motion too, so noise can raise it and not lower it.
 
         Raises:
@@ -178,7 +178,7 @@ class NoiseModel:
     def save_kalibr(self, path: str | os.PathLike[str]) -> None:
         """Write the IMU's noise as YAML for Kalibr (flat keys) and OpenVINS (under ``imu0``), whole or not at all.
 
-        The random walk is ``TriadNoise.walk``, which stands for bias instability too, or its bound where none shows:
+        The random walk is ``TriadNoise.walk``, which includes bias instability, or its bound where none shows:
         Kalibr takes none of 0. Densities are two-sided, as everywhere here.
 
         Raises:
@@ -211,7 +211,7 @@ class NoiseModel:
 
     @classmethod
     def read(cls, path: str | os.PathLike[str]) -> "NoiseModel":
-        """What ``save`` wrote, to the last bit.
+        """The noise that ``save`` wrote, to the last bit.
 
         Raises:
             LevelheadError: no such file, or not such a file.
@@ -227,7 +227,7 @@ class NoiseModel:
 
 
 def _errors(noise: TriadNoise, other: TriadErrors) -> TriadErrors:
-    """The error model with this noise; true flicker noise stands for the bias instability."""
+    """The error model with this noise; the bias instability as true flicker noise."""
 
     def three(part: Coefficient) -> tuple[float, float, float]:
         x, y, z = part.value.tolist()

@@ -92,7 +92,7 @@ class TemperatureDrift:
 
     @classmethod
     def from_dict(cls, part: Mapping[str, object]) -> "TemperatureDrift":
-        """What ``to_dict`` made; raises KeyError, TypeError or ValueError for anything else."""
+        """The object that ``to_dict`` described; raises KeyError, TypeError or ValueError for anything else."""
         numbers = [np.array(part[f"{name}_C"], dtype=float) for name in ("reference", "low", "high")]
         arrays = [np.array(part[name], dtype=float) for name in ARRAYS]
         shapes = [one.shape for one in (*numbers, *arrays)]

@@ -69,7 +69,7 @@ def error_bands(recording: Recording, track: Track, tilt_only: bool) -> Bands:
 
 
 class Advice(NamedTuple):
-    """What lowers one part of the error, as tried on the log.
+    """The parameter that lowers one part of the error, as tried on the log.
 
     Attributes:
         symptom: the part.

@@ -113,7 +113,7 @@ def most_likely_scale(lengths: Array, dimensions: int) -> float:
 
 
 def innovations_of(recording: Recording, counts: NDArray[np.bool_]) -> Innovations:
-    """What tracks over a recording are to predict, from instants that count: (n,)."""
+    """The measurements that tracks are to predict, from instants that count: (n,)."""
     t = recording.t
     start = np.searchsorted(t, np.arange(t[0], t[-1] - HORIZON, EVERY))
     start = np.unique(start[counts[start]])

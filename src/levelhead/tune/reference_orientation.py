@@ -1,11 +1,11 @@
 """The orientation that a filter's parameters are tuned to: the truth, or without it the smoother's.
 
-The smoother knows the whole recording at every instant, so its error is a fraction of a filter's, and it says with σ
+The smoother uses the whole recording at every instant, so its error is a fraction of a filter's, and its σ is
 where it may be trusted. Left out are samples whose σ of tilt (of heading, where that counts) is more than twice its
 median, and rest, at which every filter is right. Of heading a constant does not count, with truth neither: it is the
 declination, or what a magnetometer's offset leaves, and no parameter should be chosen to mend it.
 
-With the likelihood of the innovations as the goal the smoother still says where the sensor moves, and what drift, lag
+With the likelihood of the innovations as the goal the smoother still shows where the sensor moves, and what drift, lag
 and jitter are; the parameters are chosen by ``innovations``.
 """
 

@@ -99,7 +99,7 @@ def counts_heading(params: Params, kind: Kind, has_field: bool) -> bool:
 def check_wishes(
     params: FilterChoice, names: Sequence[str], metric: Metric | None, goal: Kind | None, runs: int | None
 ) -> Space:
-    """What ``tune_filter`` is to search.
+    """The plan of ``tune_filter``'s search.
 
     Raises:
         LevelheadError: a wish that cannot be met.
@@ -256,7 +256,7 @@ class _Search:
 
 
 def _folds(held: Sequence[Reference]) -> list[Split]:
-    """What is left out each time: its name, what is searched, and what is left out."""
+    """Each fold: its name, the searched parts, and the part left out."""
     if len(held) > 1:
         count = min(len(held), FOLDS)
         groups = [list(range(k, len(held), count)) for k in range(count)]

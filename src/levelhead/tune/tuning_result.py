@@ -46,7 +46,7 @@ class Tuning:
 
     Attributes:
         space: what was searched, with the parameters at the start.
-        best: the parameters found. What does not matter (1 %) stays as it was.
+        best: the parameters found. A parameter that does not matter (1 %) stays as it was.
         metric: the error that was minimised.
         references: what the filter was held against, log by log.
         before: (logs,) RMS error in degrees with the parameters at the start.
@@ -112,7 +112,7 @@ class Tuning:
 
     @property
     def kinds(self) -> list[str]:
-        """What the references are."""
+        """The kind of the references, in words."""
         return sorted({one.kind for one in self.references})
 
     def at_end(self, index: int) -> str:
@@ -218,7 +218,7 @@ class Tuning:
 
     @property
     def measure(self) -> str:
-        """What is minimised, in words."""
+        """The goal of the search, in words."""
         return f"{self.metric} {'innovation' if self.kinds == ['likelihood'] else 'error'}"
 
     def _keep(self, name: str, before: float, after: float, changed: str) -> str:

@@ -1,2 +1,2 @@
-/* What was wrong with the last sample and what was done about it: bits LH_… from above; 0 is well. */
+/* Faults of the last sample and the filter's response: bits LH_… from above; 0 means none. */
 int32_t ${name}_health(const $name *filter);

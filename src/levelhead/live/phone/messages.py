@@ -38,7 +38,7 @@ class SensorLogger:
 
     ``totalacceleration`` and ``accelerometeruncalibrated`` hold the specific force. Where neither comes,
     ``accelerometer`` and ``gravity`` are added at equal times. On an iPhone without "Standardise" the uncalibrated
-    accelerometer is in g with the opposite sign of Android's; its length tells that apart.
+    accelerometer is in g with the opposite sign of Android's; its length distinguishes them.
     """
 
     def __init__(self) -> None:

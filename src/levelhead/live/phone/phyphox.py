@@ -40,7 +40,7 @@ class PhyphoxSource:
         found = urllib.parse.urlsplit(place if "://" in place else f"http://{place}")
         if not found.hostname or found.path not in ("", "/"):
             raise LevelheadError(
-                f"'{place}' is no address; expected as phyphox shows it, such as phyphox:192.168.1.7:8080"
+                f"'{place}' is not an address; expected as phyphox shows it, such as phyphox:192.168.1.7:8080"
             )
         self._base = f"http://{found.netloc}"
         self.name = f"phyphox at {found.netloc}"
@@ -109,7 +109,7 @@ class PhyphoxSource:
         with urllib.request.urlopen(self._base + path, timeout=TIMEOUT) as answer:
             found = json.load(answer)
         if not isinstance(found, dict):
-            raise ValueError("the answer is no JSON object")
+            raise ValueError("the answer is not a JSON object")
         return found
 
     def poll(self) -> list[Sample]:

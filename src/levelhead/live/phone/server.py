@@ -75,7 +75,7 @@ class _Server(ThreadingHTTPServer):
             return
 
     def handle_error(self, request: Untyped, client_address: Untyped) -> None:
-        """A client that goes away is no fault of the node."""
+        """A client that goes away is not a fault of the node."""
 
 
 class _Handler(BaseHTTPRequestHandler):

@@ -33,7 +33,7 @@ def parse_phone(text: str) -> tuple[str, int]:
     try:
         ipaddress.IPv4Address(address)
     except ValueError:
-        raise LevelheadError(f"'{address}' is no IPv4 address; expected such as phone:192.168.1.5") from None
+        raise LevelheadError(f"'{address}' is not an IPv4 address; expected such as phone:192.168.1.5") from None
     if colon and not (port.isdecimal() and int(port) <= LAST_PORT):
         raise LevelheadError(f"there is no port '{port}'; expected 1 to {LAST_PORT}, such as phone:{address}:{PORT}")
     return address, int(port) if colon else PORT

@@ -77,7 +77,7 @@ class BrowserView:
         self._engine = WasmEngine(run, names)
 
     def call(self, name: str, arguments: str) -> bytes:
-        """Answers with a block; a sentence for people stands in its header as "error"."""
+        """Answers with a block; its header has a sentence for people as "error"."""
         asked = json.loads(arguments)
         try:
             if name == "open":

@@ -156,7 +156,7 @@ class NodeView:
             time.sleep(PERIOD)
 
     def _state(self) -> JsonObject:
-        """What holds now."""
+        """The state of the moment."""
         last, reader = self._last, self._newest
         state: JsonObject = {"valid": False, "words": [], "failure": self._failure}
         if last is not None:

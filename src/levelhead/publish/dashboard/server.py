@@ -96,7 +96,7 @@ class _Server(ThreadingHTTPServer):
     owner: PageServer
 
     def handle_error(self, request: object, client_address: object) -> None:
-        """A browser that goes away is no fault."""
+        """A browser that goes away is not a fault."""
 
 
 def _bind(port: int) -> _Server:

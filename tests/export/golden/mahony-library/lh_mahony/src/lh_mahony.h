@@ -324,7 +324,7 @@ lh_mahony_vec3 lh_mahony_bias(const lh_mahony *filter);
 /* 1 sigma of the attitude error about east, north and up, rad. */
 lh_mahony_vec3 lh_mahony_sigma(const lh_mahony *filter);
 
-/* What was wrong with the last sample and what was done about it: bits LH_… from above; 0 is well. */
+/* Faults of the last sample and the filter's response: bits LH_… from above; 0 means none. */
 int32_t lh_mahony_health(const lh_mahony *filter);
 
 /* Roll, pitch and yaw in rad: intrinsic z-y-x angles; yaw is anticlockwise from east. */
