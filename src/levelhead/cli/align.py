@@ -26,10 +26,10 @@ def align(
     A log with quaternion columns needs --track COLUMN; a log of readings is smoothed first, without its magnetometer.
 
     Args:
-        estimate: a log or a result of `levelhead fuse`; its convention need not be known.
-        reference: likewise, wxyz, sensor to earth, ENU.
-        track: quaternion columns, such as ahrs_q: once for both logs, or once for each.
-        json: print the alignment as JSON.
+        estimate: A log or a result of `levelhead fuse`, in any convention.
+        reference: A log or a result as well: quaternion wxyz, sensor to earth, ENU.
+        track: Quaternion columns, such as ahrs_q: once for both logs, or once for each.
+        json: Print the alignment as JSON.
     """
     from levelhead.evaluate.align.search import align as search
 

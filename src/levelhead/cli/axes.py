@@ -22,9 +22,9 @@ def axes(
     Prints the value of the option --axes of `levelhead fuse`, `run` and `export`.
 
     Args:
-        log: a recording, as for fuse; a turn of 30° or more.
-        axes: a mounting to draw instead of one from a log, such as ZYX:90,0,10.
-        out: folder for LOG-axes.png, a picture of the sensor on its body (needs the extra levelhead[plot]).
+        log: A recording, as for `levelhead fuse`, with a turn of 30° or more.
+        axes: Draw this mounting, such as ZYX:90,0,10, instead of one from a log.
+        out: Folder for LOG-axes.png, a picture of the sensor on its body (needs the extra levelhead[plot]).
     """
     from levelhead.axis_map import AxisMap, find_axes
 

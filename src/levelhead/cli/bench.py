@@ -36,12 +36,12 @@ def accuracy(
     """Errors of all filters and of vqf, imufusion and ahrs on recordings with a reference, by group.
 
     Args:
-        places: folders with recordings: BROAD's .mat, RepoIMU's .csv, or others with a reference.
-        mag: leave the magnetometers out: inclination, and how far heading drifts in 60 s.
-        per_recording: print every recording as well.
-        jobs: processes; by default as many as there are cores.
-        out: folder for accuracy.png, .csv, .json and .md; without it nothing is written.
-        json: print all figures as JSON.
+        places: Folders with recordings: BROAD's .mat, RepoIMU's .csv, or others with a reference.
+        mag: Leave the magnetometers out: inclination, and the drift of the heading in 60 s.
+        per_recording: Print every recording as well.
+        jobs: Number of processes; by default one for each core.
+        out: Folder for accuracy.png, .csv, .json and .md; without it, no file is written.
+        json: Print all figures as JSON.
     """
     from levelhead.bench import accuracy as run
     from levelhead.bench.methods import all_methods, distinct_methods
@@ -74,9 +74,9 @@ def speed(*, samples: int = 200_000, repeats: int = 9, json: Annotated[bool, Par
     """Time of a sample as ratios: all filters against vqf, imufusion and ahrs, in a batch and live.
 
     Args:
-        samples: of a batch; slow loops get fewer.
-        repeats: times that every case runs, in turn.
-        json: print the figures as JSON.
+        samples: Samples in a batch; slow loops get fewer.
+        repeats: Number of runs of each case, in turn.
+        json: Print the figures as JSON.
     """
     from levelhead.bench import speed as run
     from levelhead.bench.methods import all_methods

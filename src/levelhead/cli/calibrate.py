@@ -56,23 +56,23 @@ def calibrate(
     is LOG-magnetometer.png.
 
     Args:
-        logs: recordings of one sensor that stayed on between them.
-        magnetometer: calibrate the magnetometer alone, from any motion.
-        live: use a connected sensor instead of a log; the files are sensor-calibration.json and sensor-poses.png.
-        source: for --live, as for run: emulated:mpu6050 (no hardware, put down by itself), mpu6050 or another chip on
-            I²C, serial:/dev/ttyUSB0@115200, or replay:FILE.
-        poses: for --live, the minimum number; 12 by default, at least 6.
-        view: for --live, also show the wanted pose in the browser.
-        speed: of a replay; inf is as fast as possible.
-        axes: the sensor's axes that are the body's x (forward), y (left) and z (up), such as -y,x,z.
-        gyr_range: full scale of a chip's gyroscope.
-        acc_range: full scale of a chip's accelerometer.
-        gravity: at your place, m/s²; 9.780 at the equator, 9.832 at a pole.
-        turn: known angle of turns on a level table, in degrees. Lay an edge against a ruler, wait, turn the sensor by
-            a multiple of it, and lay the same edge there again: --turn 360 for whole turns.
-        out: folder for the results.
-        plot: draw the picture (needs the extra levelhead[plot]).
-        json: print numbers, residuals and verdict as JSON.
+        logs: Recordings of one sensor that stayed on between them.
+        magnetometer: Calibrate the magnetometer alone, from any motion.
+        live: Use a connected sensor instead of a log; the files are sensor-calibration.json and sensor-poses.png.
+        source: With --live, the sensor as for `levelhead run`: emulated:mpu6050 (no hardware, moved by itself), mpu6050
+            or another chip on I²C, serial:/dev/ttyUSB0@115200, or replay:FILE.
+        poses: With --live, the minimum number of poses: 6 or more, by default 12.
+        view: With --live, show the wanted pose in the browser as well.
+        speed: Speed of a replay: 2 is twice as fast, inf as fast as possible.
+        axes: The sensor's axes that are the body's x (forward), y (left) and z (up), such as -y,x,z.
+        gyr_range: Full scale of a chip's gyroscope.
+        acc_range: Full scale of a chip's accelerometer.
+        gravity: Gravity at your place in m/s²: 9.780 at the equator, 9.832 at a pole.
+        turn: Known angle of turns on a level table, in degrees. Lay an edge against a ruler, wait, turn the sensor by a
+            multiple of the angle, and lay the same edge there again. --turn 360 is for whole turns.
+        out: Folder for the results.
+        plot: Draw the picture (needs the extra levelhead[plot]).
+        json: Print numbers, residuals and verdict as JSON.
     """
     from levelhead.calibrate import calibrate_sensor
     from levelhead.publish.progress import progress

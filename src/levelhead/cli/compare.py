@@ -65,13 +65,13 @@ def compare(
     """Compare filters on one recording: errors, bias, lag and cost in a table, and the four-panel picture.
 
     Args:
-        log: a recording; errors need a recording with truth. Orientations that the device itself computed stand in
-            rows of their own: those of a chip or an autopilot in a black box, in .ulg, .bin and .tlog.
-        simulate: instead of a log: lesson, hard (the lesson with 10° noise and a bias that walks 0.1 °/s), or a motion
-            (hand, walking, drone, robot, still) seen by an MPU-6050.
-        seed: of the simulation; 42 for the lessons, 0 otherwise.
-        out: folder for the picture compare.png; without it none is drawn.
-        json: print the table as JSON.
+        log: A recording; errors need a recording with truth. Orientations that the device itself computed get rows of
+            their own: those of a chip or an autopilot in a black box, in .ulg, .bin and .tlog.
+        simulate: Use a simulation instead of a log: lesson, hard (the lesson with 10° noise and a bias that walks 0.1
+            °/s), or a motion (hand, walking, drone, robot, still) with an MPU-6050.
+        seed: Seed of the simulation; 42 for the lessons, 0 otherwise.
+        out: Folder for the picture compare.png; without it, no picture is drawn.
+        json: Print the table as JSON.
     """
     from levelhead import filters
 

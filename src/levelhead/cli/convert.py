@@ -29,11 +29,11 @@ def convert(
     """Convert a log, a track of `levelhead fuse` or the black box of a node into another format.
 
     Args:
-        log: the log, as for fuse.
-        out: .mcap, .db3 (ROS 2) and .bag (ROS 1) hold sensor_msgs; .parquet and .csv a table; .npz all bits; .rrd is
-            for rerun; .sto (OpenSim) holds an orientation alone.
-        track: the quaternion columns of the log that are its orientation, such as q or ahrs_q.
-        json: print what was written as JSON.
+        log: The log, as for `levelhead fuse`.
+        out: File to write: .mcap, .db3 (ROS 2) and .bag (ROS 1) hold sensor_msgs; .parquet and .csv hold a table; .npz
+            keeps all bits; .rrd is for rerun; .sto (OpenSim) holds an orientation alone.
+        track: Quaternion columns of the log that hold its orientation, such as q or ahrs_q.
+        json: Print the result as JSON.
     """
     suffix = out.suffix.lower()
     if suffix not in SUFFIXES:

@@ -51,14 +51,14 @@ class Running:
     """Place of the work and of its results."""
 
     out: Annotated[Path, Parameter(name=["--out", "-o"], metavar="DIR")] = Path("corpus-results")
-    """Folder of the results: rows/ is a Parquet dataset, report.html the report. The same command continues an
+    """Folder for the results: the Parquet dataset rows/ and report.html. The same command continues an
     interrupted run."""
     workers: Annotated[int | None, Parameter(metavar="N")] = None
-    """Processes on this machine; by default one for each core. 0: this process alone, without Dask."""
+    """Processes on this machine; by default one for each core. 0 is this process alone, without Dask."""
     scheduler: Annotated[str | None, Parameter(metavar="ADDRESS")] = None
     """A Dask scheduler to work on instead, such as tcp://10.0.0.1:8786."""
     memory: Annotated[str | None, Parameter(metavar="SIZE")] = None
-    """Of each process on this machine, such as 2GiB; by default an equal share."""
+    """Memory of each process on this machine, such as 2GiB; by default an equal share."""
     plot: bool = True
     """Draw the worst ten into the report (needs the extra levelhead[plot])."""
     json: Annotated[bool, Parameter(negative="")] = False
@@ -77,11 +77,11 @@ class Fusing:
     tracks: Annotated[bool, Parameter(negative="")] = False
     """Write each track to DIR/tracks, as Parquet."""
     same_sensor: Annotated[str, Parameter(metavar="PATTERN")] = ""
-    """Recordings of the same sensor start with the calibration of the one before: a pattern with one group, in the name
-    of a recording, such as '(unit[0-9]+)/', or column:NAME of its file."""
+    """Start each recording with the calibration of the same sensor's last one. The sensor is a pattern with one group
+    in the name of a recording, such as '(unit[0-9]+)/', or column:NAME of its file."""
     engine: Engine = "auto"
     order: Annotated[str, Parameter(metavar="PATTERN")] = ""
-    """Pattern or column for their order in time; by default their names."""
+    """Pattern or column that orders the recordings in time; by default their names."""
     placement: Placement = Placement()  # noqa: RUF009
 
 
@@ -97,7 +97,7 @@ def fuse(
     The exit code is 1 if recordings gave no result; their rows have the reason.
 
     Args:
-        places: folders with all their subfolders, files, patterns, or URLs such as s3://bucket/prefix.
+        places: Folders with all their subfolders, files, patterns, or URLs such as s3://bucket/prefix.
     """
     return _fuse("fuse", places, fusing, running, reading)
 
@@ -109,10 +109,10 @@ def smooth(
     running: Running = Running(),
     reading: Reading = Reading(),  # noqa: B008
 ) -> int:
-    """The same with the whole recording known at every instant.
+    """Estimate all recordings, each from its whole length at every instant: a row each, as for `corpus fuse`.
 
     Args:
-        places: as for `corpus fuse`.
+        places: As for `corpus fuse`.
     """
     return _fuse("smooth", places, fusing, running, reading)
 
@@ -128,8 +128,8 @@ def bench(
     """Compare the errors of several methods, also of other packages, such as -f vqf.VQF.
 
     Args:
-        places: as for `corpus fuse`.
-        mag: leave the magnetometers out.
+        places: As for `corpus fuse`.
+        mag: Leave the magnetometers out.
     """
     chosen = [parse_filter_spec(word) if ":" in word else word for word in filter]
     return _run("bench", places, chosen, running, reading, DEFAULT_GUARD, mag)
@@ -140,7 +140,7 @@ def doctor(*places: Places, running: Running = Running(), reading: Reading = Rea
     """Examine all recordings: verdict, findings, cures.
 
     Args:
-        places: as for `corpus fuse`.
+        places: As for `corpus fuse`.
     """
     return _run("doctor", places, [], running, reading)
 
@@ -150,7 +150,7 @@ def noise(*places: Places, running: Running = Running(), reading: Reading = Read
     """Measure the noise of sensors at rest: the coefficients of every recording.
 
     Args:
-        places: as for `corpus fuse`.
+        places: As for `corpus fuse`.
     """
     return _run("noise", places, [], running, reading)
 
@@ -179,14 +179,14 @@ def tune(
     recordings could not be used; they are listed.
 
     Args:
-        places: as for `corpus fuse`.
-        filter: the filter, with its start parameters.
-        parameter: one to search, as for `levelhead tune`.
-        mag: leave the magnetometers out.
-        goal: as for `levelhead tune`.
-        metric: as for `levelhead tune`.
-        runs: of the filter over each recording for one search.
-        seed: of the search.
+        places: As for `corpus fuse`.
+        filter: The filter with its start parameters.
+        parameter: A parameter to search, as for `levelhead tune`.
+        mag: Leave the magnetometers out.
+        goal: Goal of the search, as for `levelhead tune`.
+        metric: Error to minimise, as for `levelhead tune`.
+        runs: Runs of the filter over each recording in one search.
+        seed: Seed of the search.
     """
     from levelhead.corpora.tune_corpus import tune_corpus
     from levelhead.publish.progress import progress
@@ -228,9 +228,9 @@ def report(
     """Print the report of a folder of results, also of an interrupted run.
 
     Args:
-        results: the -o of an earlier run.
-        plot: draw the worst ten.
-        json: print the tables as JSON.
+        results: Folder of an earlier run (its -o).
+        plot: Draw the worst ten recordings.
+        json: Print the tables as JSON.
     """
     from levelhead.corpora.html_report import write_page
     from levelhead.corpora.results import read_job, read_rows

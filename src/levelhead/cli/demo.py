@@ -28,10 +28,11 @@ def demo(
     """The lesson: an accelerometer that jitters, a gyroscope that drifts, and the result of the filters.
 
     Args:
-        out: folder for lesson.png (and, with --full, the other pictures).
-        seed: of the lesson; the published figures are those of 42.
-        full: also sweep alpha and r_measure, show how the Kalman gain converges, and the hard case for all filters.
-        json: print the table as JSON.
+        out: Folder for lesson.png (and, with --full, the other pictures).
+        seed: Seed of the lesson; the published figures have seed 42.
+        full: Also sweep alpha and r_measure, show the convergence of the Kalman gain, and run all filters on the hard
+            case.
+        json: Print the table as JSON.
     """
     from levelhead.evaluate import compare
     from levelhead.publish.progress import progress

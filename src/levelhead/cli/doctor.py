@@ -25,11 +25,11 @@ def doctor(
     The exit code is 0 for logs without findings, 1 with findings, 2 if a log cannot be read.
 
     Args:
-        logs: files, folders or zips.
-        picture: file for a picture of the log with its findings (needs the extra levelhead[plot]); for one log.
-        fix: write the repaired recording to the file of -o, as Parquet, with the changes in its metadata.
-        out: the file for --fix.
-        json: print the reports as JSON.
+        logs: Files, folders or zips.
+        picture: File for a picture of one log with its findings (needs the extra levelhead[plot]).
+        fix: Write the repaired recording to the file of -o as Parquet, with the changes in its metadata.
+        out: The file for --fix.
+        json: Print the reports as JSON.
     """
     from levelhead.inspection import inspect
 

@@ -36,10 +36,10 @@ def explain(
     The exit code is 0 without symptoms, 1 with symptoms, 2 if the log cannot be read.
 
     Args:
-        log: a recording of 10 s or more.
-        set: a parameter of the filter, such as r_measure=0.1; may be given several times.
-        plot: file for a picture of the evidence of each symptom, PNG, SVG or PDF (needs the extra levelhead[plot]).
-        json: print symptoms and causes as JSON.
+        log: A recording of 10 s or more.
+        set: A parameter of the filter, such as r_measure=0.1; may be given several times.
+        plot: File for a picture of the evidence of each symptom, PNG, SVG or PDF (needs the extra levelhead[plot]).
+        json: Print symptoms and causes as JSON.
     """
     from levelhead.inspection.explain import explain as run
     from levelhead.publish.progress import progress

@@ -47,28 +47,28 @@ def export(
     """A filter with its numbers as C99: header, source, self-test, CMake file and a sketch for a chip.
 
     Args:
-        filter: its name, such as EKF.
-        set: a parameter of the filter, such as acc_tau=3; may be given several times.
-        noise: the sensor's noise as written by `levelhead noise`: Q and R of an ESKF, EKF or Kalman; --set overrides
+        filter: Name of the filter, such as EKF.
+        set: A parameter of the filter, such as acc_tau=3; may be given several times.
+        noise: The sensor's noise, as written by `levelhead noise`: Q and R of an ESKF, EKF or Kalman. --set overrides
             it.
-        prior: the calibration of the same sensor from `levelhead fuse --save-calibration`: the filter starts with it.
-        calibration: the same file for any other filter: the errors of the sensor are corrected in its readings.
-        axes: the sensor's axes that are the body's x (forward), y (left) and z (up), such as -y,x,z;
-            `levelhead axes` finds them.
-        axis: the filter of one angle and its rate instead of that of an IMU.
-        without: a part that is not asked for, and then not computed: sigma, health, bias, guard; mag
-            where there is no magnetometer; parameters, which are then constants. May be given several times.
-        lean: attitude and bias only: without sigma, health, guard and parameters.
-        single: all numbers as float, for boards without a fast double.
-        double: all numbers as double, with the bits of Python: the default.
-        arduino: as a library folder for the Arduino IDE, with the sketch as its example.
-        wasm: as a package for npm in place of C alone: WebAssembly without imports, JavaScript and types. Needs clang
+        prior: Calibration of the same sensor from `levelhead fuse --save-calibration`; the filter starts with it.
+        calibration: The same file for any other filter; the sensor's errors are corrected in its readings.
+        axes: The sensor's axes that are the body's x (forward), y (left) and z (up), such as -y,x,z. `levelhead axes`
+            finds them.
+        axis: Export the filter of one angle and its rate instead of that of an IMU.
+        without: Leave a part out: sigma, health, bias, guard; mag, if there is no magnetometer; parameters, which
+            become constants. May be given several times.
+        lean: Export attitude and bias only: without sigma, health, guard and parameters.
+        single: Write all numbers as float, for boards without a fast double.
+        double: Write all numbers as double, with the bits of Python; this is the default.
+        arduino: Write a library folder for the Arduino IDE, with the sketch as its example.
+        wasm: Write a package for npm instead of C alone: WebAssembly without imports, JavaScript and types. Needs clang
             and lld.
-        board: uno, nano, nano-every, mega, m0, m4, rp2040 or esp32: refuse what it cannot hold.
-        chip: that the sketch reads: MPU-6050, MPU-9250, ICM-20948, LSM6DSO32, LSM6DS3, BMI160 or BNO055 (its readings
-            without its fusion).
-        out: folder for the files.
-        json: print the result as JSON.
+        board: Refuse a filter that this board cannot hold: uno, nano, nano-every, mega, m0, m4, rp2040 or esp32.
+        chip: Chip that the sketch reads: MPU-6050, MPU-9250, ICM-20948, LSM6DSO32, LSM6DS3, BMI160 or BNO055 (its
+            readings without its fusion).
+        out: Folder for the files.
+        json: Print the result as JSON.
     """
     from levelhead.axis_map import IDENTITY, AxisMap
     from levelhead.calibration import Calibration

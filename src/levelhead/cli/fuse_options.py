@@ -136,9 +136,8 @@ class FuseArguments:
     """Degrees from true to magnetic north at the place and time of the log, positive east. The track is then relative
     to true north."""
     north: bool = True
-    """Turn the whole track so that its heading points to magnetic north, where the log has a magnetometer and σ of
-    north is at most 30°. --no-north: heading starts as the filter found it, and `north` is only printed. `levelhead
-    run` turns to north by 2 °/s at most, and never jumps."""
+    """Turn the whole track to magnetic north, if the log has a magnetometer and σ of north is at most 30°. --no-north
+    keeps the heading of the filter and only prints north. A live node turns to north by 2 °/s at most."""
     place: Annotated[str | None, Parameter(metavar="LAT,LON[,ALT]", allow_leading_hyphen=True)] = None
     """Place of the log in degrees and m. The World Magnetic Model gives the declination. Its strength and dip are
     printed beside those that were measured (needs the extra levelhead[place])."""
@@ -175,7 +174,7 @@ class FuseArguments:
     """Yaw at the start, in the frame of the track: from east anticlockwise in enu, a bearing in ned."""
     motion: Annotated[bool, Parameter(negative="")] = False
     """Write specific force, acceleration without gravity in the axes of the body and of the earth, and the rate without
-    its bias too, each with its 1σ."""
+    its bias as well, each with its 1σ."""
     reading: Reading = Reading()  # noqa: RUF009
 
     def check(self, smooth: bool, logs: int) -> FuseOptions:

@@ -23,11 +23,11 @@ def gait(
     The foot is on the ground at each step: its zero velocity bounds position. A log without such stances is refused.
 
     Args:
-        log: log of the sensor, at least 50 samples a second.
-        level: strides that rise by no more than their error count as level; stairs are kept.
-        out: folder for LOG-gait.csv (orientation, position, velocity, σ), LOG-strides.csv and LOG-gait.png.
-        plot: draw the picture (needs the extra levelhead[plot]).
-        json: print the figures as JSON.
+        log: Log of the sensor, at least 50 samples a second.
+        level: Take strides that rise by no more than their error as level; stairs are kept.
+        out: Folder for LOG-gait.csv (orientation, position, velocity, σ), LOG-strides.csv and LOG-gait.png.
+        plot: Draw the picture (needs the extra levelhead[plot]).
+        json: Print the figures as JSON.
     """
     from levelhead.gaits import gait as find
     from levelhead.publish.progress import progress

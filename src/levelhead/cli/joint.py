@@ -27,14 +27,15 @@ def joint(
     One and two axes use no magnetometer. The exit code is 1 if the motion does not show the joint.
 
     Args:
-        upper: log of the sensor on the segment that counts as fixed.
-        lower: log of the sensor on the other segment, on the same clock (`levelhead sync`).
-        axes: 1 for a hinge; 2 for an elbow; 3 for flexion, adduction and rotation from a neutral pose at --zero.
-        zero: stamp at which the angles are zero; by default the first common one.
-        format: csv with angle and σ, or mot, which OpenSim reads.
-        out: folder for UPPER-joint.csv and UPPER-joint.png.
-        plot: draw the picture (needs the extra levelhead[plot]).
-        json: print the figures as JSON.
+        upper: Log of the sensor on the segment that counts as fixed.
+        lower: Log of the sensor on the other segment, on the same clock (`levelhead sync`).
+        axes: Axes of the joint: 1 for a hinge; 2 for an elbow; 3 for flexion, adduction and rotation from a neutral
+            pose at --zero.
+        zero: Time stamp at which the angles are zero; by default the first common one.
+        format: Format of the angles: csv with angle and σ, or mot, which OpenSim reads.
+        out: Folder for UPPER-joint.csv and UPPER-joint.png.
+        plot: Draw the picture (needs the extra levelhead[plot]).
+        json: Print the figures as JSON.
     """
     from levelhead.joints import joint as find
     from levelhead.publish.joint_files import write_joint

@@ -39,14 +39,14 @@ def noise(
     has a temperature, it also finds the bias against it and writes LOG-temperature.png.
 
     Args:
-        log: a recording; its longest stretch at rest is used, at least 20 s, better an hour.
-        tau: longest averaging time in seconds; a third of the stretch by default.
-        chip: compare with the data sheet of MPU-6050, BMI160, LSM6DS3, LSM6DSO32 or ICM-20948; by default with all.
-        temperature: calibration file to which the biases' change with temperature is added, for `fuse`.
-        kalibr: also write LOG-imu.yaml with noise densities and random walks, for Kalibr (--imu) and OpenVINS.
-        out: folder for the results.
-        plot: draw the picture (needs the extra levelhead[plot]).
-        json: print coefficients, verdict and Allan deviations as JSON.
+        log: A recording. Its longest stretch at rest is used: at least 20 s, better an hour.
+        tau: Longest averaging time in seconds; a third of the stretch by default.
+        chip: Compare with the data sheet of MPU-6050, BMI160, LSM6DS3, LSM6DSO32 or ICM-20948; by default with all.
+        temperature: Calibration file for `levelhead fuse`, to which the change of the biases with temperature is added.
+        kalibr: Also write LOG-imu.yaml with noise densities and random walks, for Kalibr (--imu) and OpenVINS.
+        out: Folder for the results.
+        plot: Draw the picture (needs the extra levelhead[plot]).
+        json: Print coefficients, verdict and Allan deviations as JSON.
     """
     from levelhead.noise import calibrate_temperature, measure_noise
     from levelhead.noise.assessment import find_chip

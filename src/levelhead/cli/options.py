@@ -42,12 +42,13 @@ class Reading:
     rate: Annotated[float | None, Parameter(metavar="HZ")] = None
     """Sample rate of a log without time stamps."""
     sensor: Annotated[str | None, Parameter(metavar="NAME")] = None
-    """Select one of several sensors by a word in its column names; `fuse` and `smooth` take all for each of them."""
+    """Select one of several sensors by a word in its column names. With `all`, `fuse` and `smooth` take each
+    of them."""
     session: Annotated[int | None, Parameter(metavar="N")] = None
     """Part of a log whose clock restarts, counted from 1; by default the longest."""
 
     yes: Annotated[bool, Parameter(name=["--yes", "-y"], negative="")] = False
-    """Read on with the hints that an error proposes, such as a rate; a terminal asks for Enter instead."""
+    """Accept the hints that an error proposes, such as a rate. Without it, a terminal asks for Enter."""
 
     def read(self, log: Path, adjust: "Callable[[Interpretation], Interpretation] | None" = None) -> "Recording":
         """The recording in a log, with these hints, or with those proposed if the user agrees.
@@ -146,7 +147,7 @@ FilterName = Annotated[
         name=["--filter", "-f"],
         completer=filter_names,
         metavar="NAME",
-        help=f"{FILTERS}; without it, the default filter.",
+        help=f"One of {FILTERS}. Without it, the default filter.",
     ),
 ]
 
@@ -158,15 +159,15 @@ GuardWords = Annotated[
         negative="",
         metavar="K=V",
         completer=guard_names,
-        help="A threshold of the guard in front of the filter, such as rest_time=3; may be given several times: "
-        f"{', '.join(settable(Guard))}. `--guard off`: the filter without the guard.",
+        help="A threshold of the guard in front of the filter, such as rest_time=3; may be given several times. "
+        f"The names are {', '.join(settable(Guard))}. `--guard off` removes the guard.",
     ),
 ]
 
 
 Engine = Annotated[
     Literal["auto", "native", "compiled", "python"],
-    Parameter(help="Code that runs the filter, all with the same bits."),
+    Parameter(help="Code that runs the filter; the results are the same bits."),
 ]
 FromFile = Annotated[
     Path | None,
@@ -174,7 +175,7 @@ FromFile = Annotated[
         name="--params",
         metavar="FILE",
         help="The filter with its parameters, as written by `levelhead tune` or `levelhead sweep … --json`; "
-        "other options override them.",
+        "other options override it.",
     ),
 ]
 

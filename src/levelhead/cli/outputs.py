@@ -23,7 +23,7 @@ class Outputs:
     foxglove: Annotated[bool, Parameter(negative="")] = False
     """Serve Foxglove on 127.0.0.1 (needs the extra levelhead[foxglove])."""
     foxglove_port: Annotated[int, Parameter(metavar="N")] = 8765
-    """Port of Foxglove's websocket; 0: one that is free."""
+    """Port of Foxglove's websocket; 0 takes a free one."""
     foxglove_layout: Annotated[Path | None, Parameter(metavar="FILE.json")] = None
     """Write a layout that Foxglove imports."""
     ros2: Annotated[bool, Parameter(negative="")] = False
@@ -31,14 +31,14 @@ class Outputs:
     ros2_zenoh: Annotated[str | None, Parameter(metavar="ENDPOINT")] = None
     """Publish imu/data and imu/mag through the Zenoh router of rmw_zenoh, such as tcp/127.0.0.1:7447."""
     domain: Annotated[int | None, Parameter(metavar="N")] = None
-    """ROS_DOMAIN_ID for --ros2; that of the environment, or 0."""
+    """ROS_DOMAIN_ID for --ros2; by default that of the environment, else 0."""
     frame: Annotated[str, Parameter(metavar="NAME")] = "imu_link"
     """Frame of the sensor in ROS messages."""
     tf: Annotated[str, Parameter(metavar="PARENT")] = ""
     """Publish /tf as well: the rotation from the frame of the sensor to this one, such as odom."""
 
     mavlink: Annotated[str | None, Parameter(metavar="udp:ADDRESS:PORT")] = None
-    """Send ATTITUDE and ATTITUDE_QUATERNION there by MAVLink, such as udp:14551."""
+    """Send ATTITUDE and ATTITUDE_QUATERNION by MAVLink to this address, such as udp:14551."""
 
     @property
     def any(self) -> bool:

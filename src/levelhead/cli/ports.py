@@ -11,7 +11,7 @@ def ports(*, json: Annotated[bool, Parameter(negative="")] = False) -> None:
     """List serial ports, and I²C buses with the chips on them, as words for ``levelhead run --source``.
 
     Args:
-        json: print the list as JSON.
+        json: Print the list as JSON.
     """
     from levelhead.sources.devices.ports import i2c_chips, serial_ports
 

@@ -59,30 +59,30 @@ def run(
     With a magnetometer heading turns to north by 2 °/s at most, without a jump; --set north_rate=0 keeps it relative.
 
     Args:
-        source: emulated:mpu6050 (no hardware), mpu6050 or another chip on I²C (mpu6050+hmc5883l@1:0x69),
+        source: The sensor: emulated:mpu6050 (no hardware), mpu6050 or another chip on I²C (mpu6050+hmc5883l@1:0x69),
             serial:/dev/ttyUSB0@115200, phone:192.168.1.5 (a page at this machine's address, also for Sensor Logger),
             phyphox:192.168.1.7:8080, ros2 (imu/data_raw and imu/mag), mavlink:udp:14550, or replay:FILE.
-        rate: ticks a second, also the sample rate of a chip.
-        set: a parameter of the filter; may be given several times.
-        calibrate: samples at rest for the initial gyroscope bias; 500, or 0 for a replay and for a phone.
-        duration: seconds; without it, until Ctrl-C or the end of a replay.
-        box: a black box that records everything (needs the extra levelhead[box]); `levelhead fuse` reads it.
-        publish: to other processes as well (needs the extra levelhead[bus]): tcp/127.0.0.1:7447 for this machine, or
-            tls/ADDRESS:PORT with certificates.
-        certificates: folder with ca.pem, own.pem and own.key.
-        readers: names in the certificates of permitted subscribers; by default all with a certificate of the authority.
-        speed: of a replay: 2 is twice as fast, inf as fast as possible.
-        axes: how the sensor sits on its body, as for fuse: such as -y,x,z, ZYX:90,0,10 or a quaternion wxyz.
-        frame: earth frame of the angles on the terminal. Messages are in enu (REP 103), whatever this is.
-        heading: yaw at the start, in degrees in that frame. A command sets it later: heading is set like a parameter.
-        gyr_range: full scale of a chip's gyroscope.
-        acc_range: full scale of a chip's accelerometer.
-        map: columns of lines or files, as for fuse.
-        units: units of lines or files without them, as for fuse.
-        counts: raw counts per unit, as for fuse.
-        give_up: seconds without a sample after which the node ends, with exit code 3.
-        realtime: request real-time priority, if permitted.
-        json: print the figures of the run as JSON at its end instead of a line a second.
+        rate: Ticks per second, which is also the sample rate of a chip.
+        set: A parameter of the filter; may be given several times.
+        calibrate: Samples at rest for the initial gyroscope bias; by default 500, or 0 for a replay and for a phone.
+        duration: Seconds until the node ends; without it, Ctrl-C or the end of a replay ends it.
+        box: File of a black box that records everything (needs the extra levelhead[box]); `levelhead fuse` reads it.
+        publish: Publish to other processes as well (needs the extra levelhead[bus]): tcp/127.0.0.1:7447 for this
+            machine, or tls/ADDRESS:PORT with certificates.
+        certificates: Folder with ca.pem, own.pem and own.key.
+        readers: Names in the certificates of permitted subscribers; by default all with a certificate of the authority.
+        speed: Speed of a replay: 2 is twice as fast, inf as fast as possible.
+        axes: Mounting of the sensor on its body, as for `levelhead fuse`: -y,x,z, ZYX:90,0,10 or a quaternion wxyz.
+        frame: Earth frame of the angles on the terminal. Messages are always in enu (REP 103).
+        heading: Yaw at the start, in degrees in that frame. A command can set the parameter heading later.
+        gyr_range: Full scale of a chip's gyroscope.
+        acc_range: Full scale of a chip's accelerometer.
+        map: Columns of lines or files, as for `levelhead fuse`.
+        units: Units of lines or files without them, as for `levelhead fuse`.
+        counts: Raw counts per unit, as for `levelhead fuse`.
+        give_up: Seconds without a sample after which the node ends, with exit code 3.
+        realtime: Request real-time priority, if permitted.
+        json: Print the figures of the run as JSON at its end, instead of a line each second.
     """
     from levelhead.axis_map import AxisMap
     from levelhead.cli.node_terminal import SignalHandlers, StatusLines

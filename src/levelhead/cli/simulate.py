@@ -24,16 +24,17 @@ def simulate(
     """Simulate a recording with known truth and write it as .csv or .npz, or as a ROS 1 bag without the truth.
 
     Args:
-        what: a motion (hand, walking, drone, robot, still), poses for a calibration, or lesson or hard.
-        out: the file; .npz keeps the truth and the true bias to the bit.
-        sensor: MPU-6050 (the default), BMI160, LSM6DS3, LSM6DSO32 or ICM-20948, errors as in its data sheet.
-        duration: seconds; 60 by default.
-        rate: samples a second; 100 by default.
-        seed: the same seed gives the same bits; it picks motion, noise and the specimen of the sensor, which is the
-            same for all motions. 42 for the lessons, 0 otherwise.
-        noise: a sensor's noise as written by `levelhead noise`; it replaces the noise of --sensor; without
-            --sensor it is the only error.
-        json: print the path and facts as JSON.
+        what: A motion (hand, walking, drone, robot, still), poses for a calibration, or lesson or hard.
+        out: File to write; .npz keeps the truth and the true bias to the bit.
+        sensor: Sensor with the errors of its data sheet: MPU-6050 (the default), BMI160, LSM6DS3, LSM6DSO32 or
+            ICM-20948.
+        duration: Length in seconds; 60 by default.
+        rate: Samples per second; 100 by default.
+        seed: Seed of motion, noise and the specimen of the sensor, which is the same for all motions. The same seed
+            gives the same bits. 42 for the lessons, 0 otherwise.
+        noise: A sensor's noise, as written by `levelhead noise`. It replaces the noise of --sensor; without --sensor it
+            is the only error.
+        json: Print the path and facts as JSON.
     """
     from levelhead.sources.formats.csv_writer import write_csv
     from levelhead.sources.formats.npz import write_npz

@@ -67,15 +67,15 @@ def stress(
     Errors are against the truth; without it, differences from the same filter's run without the fault.
 
     Args:
-        log: a recording of 20 s or more, real or simulated.
-        simulate: instead of a log: a motion (hand, walking, drone, robot, still) seen for 180 s by a BMI160 and an
-            HMC5883L.
-        seed: of the simulation and of the faults' random numbers.
-        fault: a fault with size, start and length in s, such as gyr_spikes=500@20+5; may be given several times. By
+        log: A recording of 20 s or more, real or simulated.
+        simulate: Use a simulation instead of a log: 180 s of a motion (hand, walking, drone, robot, still) with a
+            BMI160 and an HMC5883L.
+        seed: Seed of the simulation and of the faults' random numbers.
+        fault: A fault with size, start and length in s, such as gyr_spikes=500@20+5; may be given several times. By
             default, every fault that fits the sensors, each at 40 % of the recording.
-        list: print the faults with unit and usual size, and do nothing else.
-        out: folder for the picture stress.png; without it none is drawn.
-        json: print all figures as JSON.
+        list: Print the faults with unit and usual size, and end.
+        out: Folder for the picture stress.png; without it, no picture is drawn.
+        json: Print all figures as JSON.
     """
     from levelhead.bench.methods import distinct_methods, from_params
     from levelhead.bench.stress import stress as run

@@ -51,14 +51,14 @@ def sweep(
     """Vary one parameter of a filter over a recording with truth: the best value, and the flatness of the minimum.
 
     Args:
-        log: a recording with truth.
-        parameter: its name, such as alpha or r_measure.
-        set: another parameter of the filter, held fixed, such as q_bias=0.001; may be given several times.
-        values: by default, the usual range of the parameter.
-        simulate: instead of a log: lesson, hard, hand, walking, drone, robot, still.
-        seed: of the simulation; 42 for the lessons, 0 otherwise.
-        out: folder for the picture sweep-PARAMETER.png; without it none is drawn.
-        json: print the table as JSON.
+        log: A recording with truth.
+        parameter: Name of the parameter, such as alpha or r_measure.
+        set: Another parameter of the filter, held fixed, such as q_bias=0.001; may be given several times.
+        values: Values to try; by default, the usual range of the parameter.
+        simulate: Use a simulation instead of a log: lesson, hard, hand, walking, drone, robot, still.
+        seed: Seed of the simulation; 42 for the lessons, 0 otherwise.
+        out: Folder for the picture sweep-PARAMETER.png; without it, no picture is drawn.
+        json: Print the table as JSON.
     """
     from levelhead.publish.progress import progress
     from levelhead.publish.terminal_table import print_table

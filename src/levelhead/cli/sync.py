@@ -19,8 +19,8 @@ def sync(
     """Find offset and drift of each log's clock against that of the first, from the rotation that the sensors share.
 
     Args:
-        logs: of sensors on one rigid body, in any mounting. The first is the reference.
-        json: print the figures as JSON.
+        logs: Logs of sensors on one rigid body, in any mounting. The first is the reference.
+        json: Print the figures as JSON.
     """
     from levelhead.evaluate.clock_difference import clock_difference
 

@@ -57,20 +57,20 @@ def tune(
     tuned.png.
 
     Args:
-        logs: recordings of the motion that the filter is for, a minute or more each.
-        parameter: one to search, perhaps with its range, such as kp or kp=0.01:10; may be given several times; by
-            default, all that are usually tuned.
-        set: a parameter held fixed, or where the search starts, such as kp=1; may be given several times.
-        noise: the sensor's noise as written by `levelhead noise`: the start of the search of Q and R.
-        goal: truth if a log has one, else smoother; likelihood is that of the innovations over 5 s. With the last
-            two a truth only checks the result.
-        metric: error to minimise, without a constant heading offset; total if all logs have a magnetometer that the
+        logs: Recordings of the motion that the filter is for, a minute or more each.
+        parameter: A parameter to search, with or without its range, such as kp or kp=0.01:10; may be given several
+            times. By default, all that are usually tuned.
+        set: A fixed parameter, or the start of the search, such as kp=1; may be given several times.
+        noise: The sensor's noise, as written by `levelhead noise`: the start of the search of Q and R.
+        goal: Goal of the search: truth if a log has one, else smoother. The likelihood is that of the innovations over
+            5 s. With smoother and likelihood, a truth only checks the result.
+        metric: Error to minimise, without a constant heading offset: total if all logs have a magnetometer that the
             filter uses, else tilt.
-        runs: of the filter for one search; 80 for each parameter by default.
-        seed: of the search.
-        out: folder for the results.
-        plot: draw the picture (needs the extra levelhead[plot]).
-        json: print all numbers as JSON.
+        runs: Runs of the filter in one search; by default 80 for each parameter.
+        seed: Seed of the search.
+        out: Folder for the results.
+        plot: Draw the picture (needs the extra levelhead[plot]).
+        json: Print all numbers as JSON.
     """
     from levelhead.publish.progress import progress
     from levelhead.publish.tuning_table import tuning_table

@@ -46,13 +46,13 @@ def view(
     """Show a recording or a running node in the browser, on this machine only.
 
     Args:
-        log: a recording, as for fuse.
-        live: follow a node that runs with --publish.
-        endpoint: its address; tcp/127.0.0.1:7447 by default.
-        certificates: folder with ca.pem, own.pem and own.key, for a node on another machine.
-        set: a parameter of the filter; may be given several times.
-        second: another filter whose angles are drawn as well, such as EKF or Kalman:r_measure=4.
-        port: of the page on 127.0.0.1.
+        log: A recording, as for `levelhead fuse`.
+        live: Follow a node that runs with --publish.
+        endpoint: Address of the node; tcp/127.0.0.1:7447 by default.
+        certificates: Folder with ca.pem, own.pem and own.key, for a node on another machine.
+        set: A parameter of the filter; may be given several times.
+        second: Another filter whose angles are drawn as well, such as EKF or Kalman:r_measure=4.
+        port: Port of the page on 127.0.0.1.
     """
     if outputs.any and log is None:
         _serve(outputs, endpoint, certificates)
