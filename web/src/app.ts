@@ -56,12 +56,14 @@ export class App {
   private over = new AbortController();
   private charted = ""; // which lines the charts of a node have
 
-  constructor(private source: Source) {}
+  /** `asked`: the call "about", under way while the body is built. */
+  constructor(private source: Source, private asked: Promise<Block>) {}
 
   async start(): Promise<void> {
     try {
       await this.open();
     } catch (error) {
+      byId("status").textContent = "";
       this.tell(String((error as Error).message));
     }
   }
@@ -75,7 +77,10 @@ export class App {
 
   /** Loads what there is, and shows it. */
   async open(): Promise<void> {
-    this.about = (await this.source.call("about")).header as About;
+    byId("status").textContent = "the log is read …";
+    const block = await this.asked;
+    byId("status").textContent = "";
+    this.about = block.header as About;
     const { kind, title, clock } = this.about;
     document.title = `${title}, levelhead`;
     document.body.classList.add(`kind-${kind}`);
@@ -89,7 +94,7 @@ export class App {
       if (change === "hover") for (const chart of this.charts.values()) chart.showValues();
       else this.dirty.cursor = true;
     });
-    if (kind === "recording") await this.loadRecording();
+    if (kind === "recording") await this.loadRecording(block);
     this.layOut();
     if (kind === "recording") {
       this.time.showAll();
@@ -102,27 +107,24 @@ export class App {
     }
     addKeys(this, this.over.signal);
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.recolour(), { signal: this.over.signal });
-    this.recolour();
+    this.body.recolour();
     requestAnimationFrame((now) => this.frame(now));
     document.body.dataset.ready = "true";
   }
 
   // A recording
 
-  private async loadRecording(): Promise<void> {
-    const first = this.about.filter!, second = this.about.second;
-    const [readings, track, beside] = await Promise.all([
-      this.source.call("readings"), this.source.call("track", asked(first)), second ? this.source.call("track", asked(second)) : null,
-    ]);
-    this.clock.append(readings.columns.get("t")!.values);
+  private async loadRecording(block: Block): Promise<void> {
+    const second = this.about.second;
+    this.clock.append(block.columns.get("t")!.values);
     this.time.interval = this.clock.interval;
-    this.takeVectors(readings);
-    this.takeTrack(track);
-    if (readings.columns.has("truth")) {
+    this.takeVectors(block);
+    this.takeTrack(block);
+    if (block.columns.has("truth")) {
       this.truth = new Attitude("truth", this.main);
-      this.truth.append({ header: {}, columns: new Map([["quat", readings.columns.get("truth")!]]) });
+      this.truth.append({ header: {}, columns: new Map([["quat", block.columns.get("truth")!]]) });
     }
-    if (beside !== null) this.addOverlay(beside);
+    if (second) this.addOverlay(await this.source.call("track", asked(second)));
   }
 
   /** The track of the first filter; those beside it keep their turns with it. */
@@ -505,10 +507,10 @@ export class App {
         this.charts.set(content.id, chart);
       }
       place.append(chart.element);
-      chart.setContent(content);
     }
     const bias = this.charts.get("bias") ?? this.charts.get("gyr");
     if (bias !== undefined) bias.element.before(this.health.element);
+    for (const content of contents) this.charts.get(content.id)!.setContent(content); // where each has its size
     this.table.setColumns(this.tableColumns(), (row) => this.health.words(row).map(({ words }) => words).join(", "));
     this.listFilters();
     this.body.setRelative(this.main.relative);

@@ -8,6 +8,8 @@ import type { Time } from "./time";
 export const AXIS = 54; // pixels left of every chart and of the ruler
 export const MARGIN = 12; // pixels right of them
 const ANGLE_STEPS = [0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 15, 30, 45, 90, 180, 360, 720, 1800, 3600];
+type Values = ArrayLike<number | null | undefined>;
+const STEEP = 4; // pixels up and down a point, beyond which a curve is drawn as columns
 const SPIKES = 0.004; // share of values at either end that do not widen a chart
 
 /** `optional`: hidden until its name is clicked. */
@@ -25,6 +27,7 @@ export class Chart {
   private toggled = new Set<string>(); // lines that were shown or hidden by their name
   private content: ChartContent;
   private values: HTMLElement[] = [];
+  private dense = false; // whether each pixel has its minimum and maximum
   private bands: { fill: string; above: (number | null)[]; below: (number | null)[] }[] = [];
 
   constructor(content: ChartContent, private time: Time) {
@@ -38,9 +41,11 @@ export class Chart {
     this.addGestures();
   }
 
+  /** Other curves, or the same ones with other values: those keep their plot. */
   setContent(content: ChartContent): void {
+    const known = this.plot !== null && sameLines(this.content, content);
     this.content = content;
-    this.build();
+    if (!known) this.build();
   }
 
   private get shown(): Line[] {
@@ -95,7 +100,6 @@ export class Chart {
     }, [[], ...series.slice(1).map(() => [])] as uPlot.AlignedData, this.host);
     this.plot.over.append(this.cursor);
     this.buildLegend();
-    this.draw();
   }
 
   private buildLegend(): void {
@@ -110,7 +114,7 @@ export class Chart {
         click: () => {
           if (!this.toggled.delete(line.label)) this.toggled.add(line.label);
           this.build();
-          this.showValues();
+          this.draw();
         },
       }, swatch, line.label, value);
     }), ...(this.content.note ? [make("span", { class: "note" }, this.content.note)] : []));
@@ -124,7 +128,7 @@ export class Chart {
     context.beginPath();
     context.rect(left, top, width, height);
     context.clip();
-    const x = plot.data[0].map((t) => plot.valToPos(t, "x", true));
+    const x = Array.from(plot.data[0], (t) => plot.valToPos(t, "x", true));
     const { min, max } = plot.scales.y, slope = -height / (max! - min!), base = top + height - slope * min!;
     for (const { fill, above, below } of this.bands) {
       context.fillStyle = fill;
@@ -143,7 +147,11 @@ export class Chart {
     const lines = this.shown;
     for (let k = lines.length - 1; k >= 0; k--) { // the first line lies on top
       const line = lines[k], y = plot.data[k + 1];
-      context.strokeStyle = colour(line.colour);
+      context.strokeStyle = context.fillStyle = colour(line.colour);
+      if (this.dense && travel(y) * Math.abs(slope) > STEEP * x.length) {
+        fillColumns(context, x, y, base, slope, 1.3 * devicePixelRatio);
+        continue;
+      }
       context.lineWidth = 1.3 * devicePixelRatio;
       context.setLineDash(line.dash && x.length < width ? [5 * devicePixelRatio, 4 * devicePixelRatio] : []);
       context.beginPath();
@@ -162,12 +170,9 @@ export class Chart {
 
   /** The y axis ends where the lines do; single spikes and bands do not widen it. */
   private range(plot: uPlot): [number, number] {
-    const values: number[] = [];
-    for (let k = 1; k < plot.data.length; k++) {
-      for (const value of plot.data[k]) if (value !== null && value !== undefined) values.push(value);
-    }
+    const values = Float64Array.from(plot.data.slice(1).flatMap((column) => (column as (number | null)[]).filter((value) => value !== null)));
     if (values.length === 0) return [-this.content.least, this.content.least];
-    values.sort((a, b) => a - b);
+    values.sort();
     const cut = values.length > 200 ? Math.floor(SPIKES * values.length) : 0;
     const low = values[cut], high = values[values.length - 1 - cut];
     const margin = Math.max(0.12 * (high - low), 0.5 * (this.content.least - (high - low)));
@@ -181,7 +186,8 @@ export class Chart {
     const curves: Curve[] = [...lines.map((line) => line.curve), ...banded.flatMap((line) => line.band!)];
     const wraps = [...lines.map((line) => !!line.wraps), ...banded.flatMap((line) => [!!line.wraps, !!line.wraps])];
     const pixels = Math.max(50, Math.round((plot.bbox.width / devicePixelRatio) || 300));
-    const { x, ys } = decimate(this.time.clock, curves, wraps, this.time.low, this.time.high, pixels, this.time.interval);
+    const { x, ys, dense } = decimate(this.time.clock, curves, wraps, this.time.low, this.time.high, pixels, this.time.interval);
+    this.dense = dense;
     this.bands = banded.map((line, k) => ({
       fill: mixed(colour(line.colour), 0.22), above: ys[lines.length + 2 * k], below: ys[lines.length + 2 * k + 1],
     }));
@@ -193,7 +199,7 @@ export class Chart {
     if (this.plot === null) return;
     const { low, high, at } = this.time, share = (at - low) / (high - low);
     this.cursor.hidden = !(share >= 0 && share <= 1);
-    this.cursor.style.transform = `translateX(${share * this.plot.over.clientWidth}px)`;
+    this.cursor.style.transform = `translateX(${(share * this.plot.bbox.width) / devicePixelRatio}px)`;
     this.showValues();
   }
 
@@ -208,10 +214,9 @@ export class Chart {
   private resize(): void {
     const { width, height } = this.host.getBoundingClientRect();
     if (this.plot === null) this.build();
-    else if (width > 10 && height > 10) {
-      this.plot.setSize({ width, height });
-      this.draw();
-    }
+    else if (width < 10 || height < 10 || (width === this.plot.width && height === this.plot.height)) return;
+    else this.plot.setSize({ width, height });
+    this.draw();
   }
 
   private addGestures(): void {
@@ -246,6 +251,38 @@ export class Chart {
       this.time.show(centre - half, centre + half);
     }, { passive: false });
     this.host.addEventListener("touchend", () => { pinch = null; });
+  }
+}
+
+/** Whether two contents are drawn alike: the same lines of the same curves. */
+function sameLines(one: ChartContent, other: ChartContent): boolean {
+  const parts = ({ lines, ...rest }: ChartContent) => JSON.stringify([rest, lines.map(({ curve, band, ...line }) => [line, !!band])]);
+  return parts(one) === parts(other) && one.lines.every(({ curve }, k) => curve === other.lines[k].curve);
+}
+
+/** How far a curve goes up and down. */
+function travel(y: Values): number {
+  let sum = 0;
+  for (let i = 1; i < y.length; i++) sum += Math.abs((y[i] ?? 0) - (y[i - 1] ?? y[i] ?? 0));
+  return sum;
+}
+
+/** From the least to the most of each pixel, and on from where the curve was: a stroke of so many joints takes ten times as long. */
+function fillColumns(context: CanvasRenderingContext2D, x: number[], y: Values, base: number, slope: number, width: number): void {
+  let left = NaN, top = 0, bottom = 0, last = 0;
+  for (let i = 0; i <= x.length; i++) {
+    const value = y[i] ?? null, at = value === null ? NaN : Math.floor(x[i]), place = value === null ? 0 : base + slope * value;
+    if (at === left) {
+      top = Math.min(top, place);
+      bottom = Math.max(bottom, place);
+    } else {
+      const joined = left === left;
+      if (joined) context.fillRect(left, top - 0.5 * width, Math.ceil(width), bottom - top + width);
+      top = joined ? Math.min(last, place) : place;
+      bottom = joined ? Math.max(last, place) : place;
+      left = at;
+    }
+    last = place;
   }
 }
 

@@ -7,6 +7,7 @@ export class Curve {
   n = 0;
   private least: Float32Array[] = [];
   private most: Float32Array[] = [];
+  private summed = 0; // rows whose blocks are known; a curve that nobody draws needs none
 
   constructor(capacity = 1024) {
     this.values = new Float32Array(capacity);
@@ -19,18 +20,17 @@ export class Curve {
     if (stride === 1 && scale === 1) this.values.set(source, first);
     else copyColumn(source as Float32Array, this.values, first, count, offset, stride, scale);
     this.n = first + count;
-    this.summarise(first);
   }
 
   clear(): void {
-    this.n = 0;
+    this.n = this.summed = 0;
   }
 
   /** Drops the first `rows` values. */
   drop(rows: number): void {
     this.values.copyWithin(0, rows, this.n);
     this.n -= rows;
-    this.summarise(0);
+    this.summed = 0;
   }
 
   private reserve(size: number): void {
@@ -40,6 +40,7 @@ export class Curve {
   /** Minimum and maximum of all blocks from that of row `first` on. */
   private summarise(first: number): void {
     let [low, high] = [this.values, this.values], size = this.n;
+    this.summed = this.n;
     for (let level = 0; size > BLOCK; level++) {
       first = Math.floor(first / BLOCK);
       const blocks = Math.ceil(size / BLOCK);
@@ -55,6 +56,7 @@ export class Curve {
 
   /** Minimum and maximum of the rows from `begin` to before `end`; infinite where none is a number. */
   extent(begin: number, end: number): [number, number] {
+    if (this.summed < this.n) this.summarise(this.summed);
     let [low, high] = [this.values, this.values], lo = Infinity, hi = -Infinity, level = 0;
     for (;;) {
       const coarser = end - begin > 2 * BLOCK;

@@ -1,7 +1,8 @@
 // The rows of a stretch of time for a chart: all of them while there is room, else minimum and maximum of each pixel.
 import type { Clock, Curve } from "./curve";
 
-export interface Drawn { x: number[]; ys: (number | null)[][] }
+/** `dense`: minimum and maximum of each pixel. */
+export interface Drawn { x: number[]; ys: (number | null)[][]; dense: boolean }
 const GAP = 8; // usual intervals without a sample, after which a curve is broken
 
 /** `wraps`: whether each curve is an angle within ±180°, which is broken where it goes round. */
@@ -9,9 +10,9 @@ export function decimate(
   clock: Clock, curves: Curve[], wraps: boolean[], low: number, high: number, pixels: number, interval: number,
 ): Drawn {
   const begin = Math.max(0, clock.rowFrom(low) - 1), end = Math.min(clock.n, clock.rowFrom(high) + 1);
-  const drawn: Drawn = { x: [], ys: curves.map(() => []) };
+  const drawn: Drawn = { x: [], ys: curves.map(() => []), dense: end - begin > 2 * pixels };
   if (end <= begin) return drawn;
-  if (end - begin <= 2 * pixels) drawRows(clock, curves, wraps, begin, end, interval, drawn);
+  if (!drawn.dense) drawRows(clock, curves, wraps, begin, end, interval, drawn);
   else drawPixels(clock, curves, wraps, begin, end, low, high, pixels, interval, drawn);
   return drawn;
 }

@@ -58,7 +58,7 @@ class Lesson {
       panel.show({ name: id, parameters: [...parameters] });
       byId("side").append(make("section", { class: "card", "aria-label": title }, make("h2", {}, title), panel.element));
     }
-    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => { for (const chart of this.charts) chart.build(); });
+    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => { for (const chart of this.charts) chart.build(); this.dirty = true; });
     const frame = () => { if (this.dirty) this.draw(); requestAnimationFrame(frame); };
     frame();
   }

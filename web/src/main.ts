@@ -1,5 +1,6 @@
-// The page: which source, which charts, and how all parts follow one time.
+// The page of `levelhead view`.
 import { App } from "./app";
 import { HttpSource } from "./source";
 
-new App(new HttpSource()).start();
+const source = new HttpSource();
+new App(source, source.call("about")).start();

@@ -34,7 +34,7 @@ class Phone {
     this.body.recolour();
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {
       this.body.recolour();
-      for (const chart of this.charts) chart.build();
+      for (const chart of this.charts) { chart.build(); chart.draw(); }
     });
     this.frame();
   }

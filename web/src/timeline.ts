@@ -117,7 +117,7 @@ export class Timeline {
 }
 
 function tickStep(least: number, clock: boolean): number {
-  if (clock && least > 1) return CLOCK_STEPS.find((step) => step >= least) ?? 86400;
+  if (least > (clock ? 1 : 30)) return CLOCK_STEPS.find((step) => step >= least) ?? 86400;
   const power = 10 ** Math.floor(Math.log10(least));
   return (STEPS.find((step) => step * power >= least) ?? 10) * power;
 }

@@ -59,7 +59,7 @@ async function open(): Promise<void> {
     source.reports = (await source.call("open", bytes === undefined ? {} : hints, bytes)).header.reports;
     state.textContent = "The filter runs …";
     app?.close();
-    app = new App(source);
+    app = new App(source, source.call("about"));
     for (const id of ["main", "foot"]) byId(id).hidden = false;
     byId("intro").hidden = true;
     await app.start();

@@ -2,6 +2,7 @@
 
 import gc
 import sys
+from collections.abc import Callable
 from contextlib import closing, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -65,15 +66,15 @@ def view(
         raise LevelheadError("--endpoint and --certificates are for --live")
     if live and second is not None:
         raise LevelheadError("--with is for a recording; a node runs one filter")
-    if log is None:
-        shown: NodeView | RecordingView = _node(endpoint, certificates)
-    else:
-        shown = _recording(log, filter, set, guard, reading, second)
+    shown = _node(endpoint, certificates) if log is None else None
+    read = None if log is None else _reader(log, filter, set, guard, reading, second)
     from levelhead.publish.dashboard.server import PageServer
 
     with closing(PageServer(shown, port)) as server:
         print_line(f"{server.url}  (Ctrl-C ends it)")
         sys.stdout.flush()
+        if read is not None:
+            server.show(read())  # the browser builds the page meanwhile
         _collect_often()
         server.wait()
 
@@ -87,18 +88,30 @@ def _collect_often() -> None:
     gc.set_threshold(*USUAL_THRESHOLD)
 
 
-def _recording(
+def _reader(
     log: Path, name: str | None, pairs: Any, words: Any, reading: Reading, second: str | None
-) -> "RecordingView":
-    from levelhead.publish.dashboard.recording_view import RecordingView
+) -> "Callable[[], RecordingView]":
+    """What reads the log and fuses it; options that do not fit are refused at once.
 
-    params, before = parse_filter(name, pairs), parse_guard(words)
-    recording = reading.read(log)
-    if "live" in recording.meta and name is None and not pairs:
-        from levelhead.cli.fuse import node_filter
+    Raises:
+        LevelheadError: an unknown filter, a value out of range, or there is no such file.
+    """
+    from levelhead.sources.pipeline import check_there
 
-        params, before = node_filter(recording.meta["live"], before, words)
-    return RecordingView(recording, params, before, parse_filter_spec(second) if second else None)
+    chosen, beside = (parse_filter(name, pairs), parse_guard(words)), parse_filter_spec(second) if second else None
+    check_there(log)
+
+    def read() -> "RecordingView":
+        from levelhead.publish.dashboard.recording_view import RecordingView
+
+        recording, (params, before) = reading.read(log), chosen
+        if "live" in recording.meta and name is None and not pairs:
+            from levelhead.cli.fuse import node_filter
+
+            params, before = node_filter(recording.meta["live"], before, words)
+        return RecordingView(recording, params, before, beside)
+
+    return read
 
 
 def _serve(outputs: Outputs, endpoint: str | None, certificates: Path | None) -> None:

@@ -107,7 +107,7 @@ def open_log(path: str | os.PathLike[str], hints: Hints) -> Log:
     """
     file = Path(path)
     with _trying_hints(file, hints), _reading(file):
-        _check_there(file)
+        check_there(file)
         return _open(file, hints)
 
 
@@ -174,7 +174,7 @@ def _reason(error: OSError | ValueError) -> str:
 
 def _read_own_file(file: Path, hints: Hints) -> Recording | None:
     """Files that hold a recording as levelhead wrote it; None for all others."""
-    _check_there(file)
+    check_there(file)
     if file.suffix.lower() == ".npz" and file.is_file():
         from levelhead.sources.formats.npz import read_own
 
@@ -191,7 +191,7 @@ def _read_own_file(file: Path, hints: Hints) -> Recording | None:
 def own_attitudes(path: str | os.PathLike[str]) -> dict[str, Track]:
     """See ``levelhead.sources.attitudes``."""
     file = Path(path)
-    _check_there(file)
+    check_there(file)
     if not file.is_file():
         return {}
     with _reading(file):
@@ -206,7 +206,7 @@ def own_attitudes(path: str | os.PathLike[str]) -> dict[str, Track]:
 
 def _open_tables(file: Path, hints: Hints) -> tuple[list[Table], Hints]:
     """The tables in a path, and the hints that are left for them."""
-    _check_there(file)
+    check_there(file)
     if (file / "metadata.yaml").is_file() or (file.is_file() and BY_SUFFIX.get(file.suffix.lower()) is _BAG):
         from levelhead.sources.formats.rosbag import without_topics
 
@@ -331,7 +331,8 @@ def open_table(path: str | os.PathLike[str], hints: Hints) -> Table:
     return found[0]
 
 
-def _check_there(file: Path) -> None:
+def check_there(file: Path) -> None:
+    """Raises LevelheadError where there is no file, or an empty one."""
     if not file.exists():
         raise LevelheadError(f"there is no file {file}{_neighbour(file)}")
     if file.is_file() and file.stat().st_size == 0:

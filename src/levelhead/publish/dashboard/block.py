@@ -20,15 +20,17 @@ TYPES = {"f8": "<f8", "f4": "<f4", "u4": "<u4", "u1": "u1"}
 
 def pack_block(header: JsonObject, columns: Mapping[str, NDArray[Untyped]] | None = None) -> bytes:
     """A block as bytes; arrays of (n,) or (n, k) with one of the four types."""
-    described, parts = [], []
+    described: list[list[str | int]] = []
+    parts: list[bytes | memoryview] = []
     for name, values in (columns or {}).items():
         kind = f"{values.dtype.kind}{values.dtype.itemsize}"
         width = 1 if values.ndim == 1 else values.shape[1]
         described.append([name, kind, len(values), width])
-        parts.append(_padded(np.ascontiguousarray(values, TYPES[kind]).tobytes()))
+        flat = np.ascontiguousarray(values, TYPES[kind]).reshape(-1)
+        parts += (flat.view(np.uint8).data, bytes(-flat.nbytes % ALIGNMENT))
     head = json.dumps(header | {"columns": described}, allow_nan=False).encode()
     start = MAGIC + len(head).to_bytes(4, "little") + head
-    return b"".join([_padded(start), *parts])
+    return b"".join([start, bytes(-len(start) % ALIGNMENT), *parts])
 
 
 def unpack_block(data: bytes) -> tuple[JsonObject, dict[str, NDArray[Untyped]]]:
@@ -46,7 +48,3 @@ def unpack_block(data: bytes) -> tuple[JsonObject, dict[str, NDArray[Untyped]]]:
 def _after(place: int) -> int:
     """The next place at which a column may begin."""
     return place + -place % ALIGNMENT
-
-
-def _padded(data: bytes) -> bytes:
-    return data + bytes(-len(data) % ALIGNMENT)

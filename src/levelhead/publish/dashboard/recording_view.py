@@ -39,7 +39,7 @@ class RecordingView:
         engine: what fuses; ``fuse`` where there is no other.
 
     Attributes:
-        calls: about, readings, track, download.
+        calls: about, track, download.
     """
 
     def __init__(
@@ -50,7 +50,7 @@ class RecordingView:
         self._tracks: dict[Params, tuple[Track, Score | None]] = {}
         self.track(params)
         self.calls = {
-            "about": self._about, "readings": self._readings, "track": self._answer_track, "download": self._download,
+            "about": self._about, "track": self._answer_track, "download": self._download,
         }  # fmt: skip
 
     def track(self, params: Params) -> tuple[Track, Score | None]:
@@ -72,17 +72,19 @@ class RecordingView:
         self._tracks.clear()
 
     def _about(self, _: JsonObject) -> bytes:
-        recording = self.recording
-        return pack_block({
+        """What there is, with the readings and the first filter's track: the page draws from one answer."""
+        recording, (header, columns) = self.recording, self._track_columns(self.params)
+        header |= {
             "kind": "recording", "title": file_name(recording.meta.get("source")), "samples": len(recording),
-            "clock": bool(recording.t[0] > EPOCH), "filter": filter_description(self.params),
+            "clock": bool(recording.t[0] > EPOCH),
             "second": None if self.second is None else filter_description(self.second),
             "filters": filter_names(), "health": health_names(),
             "suffixes": list(SUFFIXES if find_spec("pyarrow") is not None else SUFFIXES[:1]),
             "notes": [str(note) for note in recording.meta.get("notes", ())],
-        })  # fmt: skip
+        }  # fmt: skip
+        return pack_block(header, columns | self._reading_columns())
 
-    def _readings(self, _: JsonObject) -> bytes:
+    def _reading_columns(self) -> dict[str, NDArray[Untyped]]:
         """Time, readings and truth; a truth with a heading of its own is turned to that of the first filter."""
         recording = self.recording
         known = {"gyr": recording.gyr, "acc": recording.acc, "mag": recording.mag}
@@ -92,22 +94,21 @@ class RecordingView:
             score = self.track(self.params)[1]
             offset = 0.0 if score is None or score.heading_offset is None else np.radians(score.heading_offset)
             columns["truth"] = single(turn_heading(recording.truth.quat, offset))
-        return pack_block({}, columns)
+        return columns
 
     def _answer_track(self, asked: JsonObject) -> bytes:
-        params = asked_params(asked)
+        return pack_block(*self._track_columns(asked_params(asked)))
+
+    def _track_columns(self, params: Params) -> tuple[JsonObject, dict[str, NDArray[Untyped]]]:
+        """A track with its filter, and its score where there is a truth."""
         track, score = self.track(params)
         known = {"quat": track.quat, "sigma": track.sigma, "bias": track.bias}
         columns: dict[str, NDArray[Untyped]] = {k: single(array) for k, array in known.items() if array is not None}
         columns["health"] = track.health
-        header: JsonObject = {
-            "filter": filter_description(params),
-            "name": track.name,
-            "relative": bool(track.relative),
-        }
+        header: JsonObject = {"filter": filter_description(params), "relative": bool(track.relative)}
         if score is not None:
             header["score"] = {"tilt": score.tilt, "heading": score.heading, "total": score.total}
-        return pack_block(header, columns)
+        return header, columns
 
     def _download(self, asked: JsonObject) -> bytes:
         """The rows between two times of a track, as ``levelhead fuse`` writes them."""

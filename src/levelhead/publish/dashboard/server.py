@@ -44,7 +44,7 @@ class PageServer:
     """Serves a view until it is closed.
 
     Args:
-        view: what the page shows.
+        view: what the page shows; None: what ``show`` gives later, for which calls wait.
         port: on 127.0.0.1; if it is taken, the next one that is free.
 
     Attributes:
@@ -54,18 +54,38 @@ class PageServer:
         LevelheadError: no such port, none is free, or the page was not built.
     """
 
-    def __init__(self, view: View, port: int = PORT) -> None:
-        self.view, self._over = view, threading.Event()
+    def __init__(self, view: View | None, port: int = PORT) -> None:
+        self._view, self._shown, self._over = view, threading.Event(), threading.Event()
         try:
             self._http = _bind(port)
         except LevelheadError:
-            view.close()
+            if view is not None:
+                view.close()
             raise
+        if view is not None:
+            self.show(view)
         self._http.owner = self
         self.port = int(self._http.server_address[1])
         self.url = f"http://127.0.0.1:{self.port}"
         self._thread = threading.Thread(target=self._http.serve_forever, args=(0.1,), name="page", daemon=True)
         self._thread.start()
+
+    def show(self, view: View) -> None:
+        """Answers with this view from now on."""
+        self._view = view
+        self._shown.set()
+
+    @property
+    def view(self) -> View:
+        """What the page shows; waits until there is one.
+
+        Raises:
+            LevelheadError: the server was closed first.
+        """
+        self._shown.wait()
+        if self._view is None:
+            raise LevelheadError("there is nothing to show: the terminal has the reason")
+        return self._view
 
     def wait(self) -> None:
         """Until Ctrl-C."""
@@ -74,7 +94,9 @@ class PageServer:
 
     def close(self) -> None:
         """Closes the view, and serves no more."""
-        self.view.close()
+        if self._view is not None:
+            self._view.close()
+        self._shown.set()
         self._over.set()
         self._http.shutdown()
         self._http.server_close()
@@ -143,11 +165,11 @@ class _Handler(BaseHTTPRequestHandler):
         body = self.rfile.read(int(size))
         if not self._is_own_page():
             return
-        call = self.server.owner.view.calls.get(self.path.removeprefix("/call/"))
-        if call is None or self.headers.get("Content-Type") != "application/json":
-            self._refuse(404, f"there is no call {self.path}")
-            return
         try:
+            call = self.server.owner.view.calls.get(self.path.removeprefix("/call/"))
+            if call is None or self.headers.get("Content-Type") != "application/json":
+                self._refuse(404, f"there is no call {self.path}")
+                return
             self._answer(200, call(json.loads(body)), "application/octet-stream")
         except LevelheadError as error:
             self._refuse(200, str(error))  # a sentence for people, not a fault of the page
