@@ -1,12 +1,14 @@
-"""The angles of DIODEM's three hinges beside their optical references: `python benchmarks/accuracy/joints.py DIR`."""
+"""Angles of DIODEM's hinges and of two knees beside references: `python benchmarks/accuracy/joints.py DATA`."""
 
 import sys
 from pathlib import Path
 
 import numpy as np
+from scipy.io import loadmat
 
 import levelhead as lh
-from levelhead.joints.hinge import tangents
+from levelhead.joints.axes_fit import tangents
+from levelhead.joints.cardan import cardan_angles
 from levelhead.recording import Array
 from levelhead.rotations import matrix
 
@@ -21,23 +23,38 @@ def reference_angle(upper: Array, lower: Array, axis: Array) -> Array:
     return np.degrees(np.arctan2(across[:, 1], across[:, 0]))
 
 
+def row(name: str, joint: lh.Joint, true: Array, known: Array | slice) -> str:
+    """A row of the table: errors after a constant, of angles in degrees."""
+    turned = np.exp(1j * np.radians(joint.angle[known] - true))
+    error = np.degrees(np.angle(turned / np.mean(turned)))
+    return (
+        f"| {name} | {np.sqrt(np.mean(error**2)):.2f}° | {np.median(np.abs(error)):.2f}° | "
+        f"{np.abs(error).max():.1f}° | {np.median(joint.sigma):.2f}° |"
+    )
+
+
 def main(folder: Path) -> None:
-    """Prints a row for each hinge."""
-    print("| hinge | RMS error | largest | median σ |\n|---|--:|--:|--:|")
+    """Prints a row for each joint."""
+    print("| joint | RMS error | median | largest | median σ |\n|---|--:|--:|--:|--:|")
     for pair in HINGES:
-        arrays = [np.load(folder / f"trial1_seg{segment}.npz") for segment in pair]
+        arrays = [np.load(folder / f"truth/diodem/trial1_seg{segment}.npz") for segment in pair]
         joint = lh.joint(*(lh.Recording(one["t"], one["gyr"], one["acc"]) for one in arrays))
         known = arrays[0]["ref_ok"] & arrays[1]["ref_ok"]
         upper, lower = (matrix(one["q_ref_sensor"][known]) for one in arrays)
-        turned = np.exp(1j * np.radians(joint.angle[known] - reference_angle(upper, lower, joint.axis_upper)))
-        error = np.degrees(np.angle(turned / np.mean(turned)))
+        true = reference_angle(upper, lower, joint.axis_upper)
+        print(row(f"DIODEM, segments {pair[0]} and {pair[1]}", joint, true, known))
+    whole = loadmat(folder / "joints/qmt_full_body.mat", simplify_cells=True)
+    for side in ("left", "right"):
+        segments = [whole[f"{part}_leg_{side}"] for part in ("upper", "lower")]
+        joint = lh.joint(*(lh.Recording(whole["t"], one["gyr"], one["acc"]) for one in segments))
+        true = np.degrees(cardan_angles(*(matrix(one["quat"]) for one in segments)))[:, 0]
+        true *= np.sign(np.corrcoef(joint.angle, true)[0, 1])
         print(
-            f"| segments {pair[0]} and {pair[1]} | {np.sqrt(np.mean(error**2)):.2f}° | {np.abs(error).max():.1f}° | "
-            f"{np.median(joint.sigma):.2f}° |"
-        )
+            row(f"{side} knee, walking and running", joint, true[100:], slice(100, None))
+        )  # 1 s in which the references begin
 
 
 if __name__ == "__main__":
-    if len(sys.argv) != 2 or not (Path(sys.argv[1]) / "trial1_seg5.npz").is_file():
-        sys.exit("usage: python benchmarks/accuracy/joints.py DIR, the folder with trial1_seg1.npz to trial1_seg5.npz")
+    if len(sys.argv) != 2 or not (Path(sys.argv[1]) / "truth/diodem").is_dir():
+        sys.exit("usage: python benchmarks/accuracy/joints.py DATA, the folder with truth/diodem and joints")
     main(Path(sys.argv[1]))

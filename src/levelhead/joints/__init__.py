@@ -1,7 +1,7 @@
 """The angles of a joint from a sensor on each of its two segments.
 
-``hinge`` and ``two_axes`` find axes and relative heading, ``angle`` and ``cardan`` the angles and their σ, ``result``
-holds all.
+``hinge`` and ``two_axes`` find axes and relative heading by ``axes_fit``, ``angle`` and ``cardan`` the angles and their
+σ, ``result`` holds all.
 """
 
 from dataclasses import replace
@@ -12,10 +12,12 @@ from numpy.typing import ArrayLike
 from levelhead.engine.smoothing import smooth
 from levelhead.errors import LevelheadError
 from levelhead.joints.angle import hinge_angle, hinge_sigma
+from levelhead.joints.axes_fit import MIN_SAMPLES, AxesFit, about_vertical_frames
 from levelhead.joints.cardan import cardan_angles, cardan_sigma, frames_of_axes, frames_of_pose
-from levelhead.joints.hinge import MIN_SAMPLES, HingeFit, fit_hinge
+from levelhead.joints.centre import Cost, centre_cost
+from levelhead.joints.hinge import fit_hinge
 from levelhead.joints.result import Joint
-from levelhead.joints.two_axes import about_vertical_frames, fit_two_axes
+from levelhead.joints.two_axes import fit_two_axes
 from levelhead.recording import Array, Recording
 from levelhead.rotations import interpolate, matrix
 from levelhead.track import Track
@@ -73,13 +75,16 @@ def joint(
         raise LevelheadError(f"zero is {start:g} s; expected a stamp between {t[0]:g} and {t[-1]:g} s")
     sensors = matrix(first.quat[rows]), matrix(interpolate(t, second.t, second.quat))
     tilt = _tilt_variance(first, t) + _tilt_variance(second, t)
+    cost = None
+    if isinstance(upper, Recording) and isinstance(lower, Recording):
+        cost = centre_cost(t, *sensors, (upper, lower))
     if axes == 1:
-        fit = fit_hinge(t, *sensors)
+        fit = fit_hinge(t, *sensors, cost)
         angle = hinge_angle(fit, *sensors)
         return Joint(
             t, np.degrees(angle - np.interp(start, t, angle)), np.degrees(hinge_sigma(fit, sensors[1], tilt)), fit
         )
-    fit = fit_two_axes(t, *sensors) if axes == 2 else _fit_main_axis(t, sensors, first, second)
+    fit = fit_two_axes(t, *sensors) if axes == 2 else _fit_main_axis(t, sensors, first, second, cost)
     sensors = about_vertical_frames(sensors[0], fit.heading), sensors[1]
     on_upper, on_lower = _segments(fit, axes, frames, sensors, int(np.argmin(np.abs(t - start))))
     angles = cardan_angles(on_upper, on_lower)
@@ -90,7 +95,7 @@ def joint(
 
 
 def _segments(
-    fit: HingeFit,
+    fit: AxesFit,
     axes: int,
     frames: tuple[ArrayLike, ArrayLike] | None,
     sensors: tuple[Array, Array],
@@ -106,9 +111,9 @@ def _segments(
     return sensors[0] @ segments[0], sensors[1] @ segments[1]
 
 
-def _fit_main_axis(t: Array, sensors: tuple[Array, Array], upper: Track, lower: Track) -> HingeFit:
+def _fit_main_axis(t: Array, sensors: tuple[Array, Array], upper: Track, lower: Track, cost: Cost | None) -> AxesFit:
     """The axis about which a joint bends most; with the tracks' heading where both have north and know it better."""
-    fit = fit_hinge(t, *sensors)
+    fit = fit_hinge(t, *sensors, cost)
     if upper.relative is not False or lower.relative is not False or upper.sigma is None or lower.sigma is None:
         return fit
     sigma = np.hypot(np.interp(t, upper.t, upper.sigma[:, 2]), np.interp(t, lower.t, lower.sigma[:, 2]))

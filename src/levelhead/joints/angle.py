@@ -2,11 +2,11 @@
 
 import numpy as np
 
-from levelhead.joints.hinge import HingeFit, about_vertical, tangents
+from levelhead.joints.axes_fit import AxesFit, about_vertical, tangents
 from levelhead.recording import Array
 
 
-def hinge_angle(fit: HingeFit, upper: Array, lower: Array) -> Array:
+def hinge_angle(fit: AxesFit, upper: Array, lower: Array) -> Array:
     """(n,) rad, continuous: by how much the lower segment is turned about the axis in the upper one.
 
     A vector across the axis in the lower sensor is turned into the upper sensor, and its angle about the axis there is
@@ -19,7 +19,7 @@ def hinge_angle(fit: HingeFit, upper: Array, lower: Array) -> Array:
     return angle
 
 
-def hinge_sigma(fit: HingeFit, lower: Array, tilt_variance: Array) -> Array:
+def hinge_sigma(fit: AxesFit, lower: Array, tilt_variance: Array) -> Array:
     """(n,) rad, 1σ of the angle.
 
     With a the direction of the axis in the earth frame, errors of tilt count by its horizontal part and that of the

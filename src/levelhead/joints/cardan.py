@@ -12,7 +12,7 @@ adduction and internal rotation, with x forward, y up and z to the right).
 import numpy as np
 
 from levelhead.errors import LevelheadError
-from levelhead.joints.hinge import HingeFit, tangents
+from levelhead.joints.axes_fit import AxesFit, tangents
 from levelhead.recording import Array
 
 MOST_RISE = 0.7  # sine of the elevation of the main axis in a neutral pose
@@ -43,7 +43,7 @@ def cardan_sigma(angle: Array, upper: Array, lower: Array, tilt_variance: Array,
     return sigma
 
 
-def frames_of_axes(fit: HingeFit) -> tuple[Array, Array]:
+def frames_of_axes(fit: AxesFit) -> tuple[Array, Array]:
     """(3, 3) frames of both segments, segment to sensor: z is the first axis in the upper, y the last in the lower."""
     x, y = tangents(fit.upper).T
     first = np.stack([x, y, fit.upper], axis=1)

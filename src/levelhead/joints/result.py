@@ -4,11 +4,13 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from levelhead.joints.hinge import HingeFit
+from levelhead.joints.axes_fit import AxesFit
 from levelhead.recording import Array
 
 MIN_SPREAD = 3.0  # degrees, RMS of the joint's motion from which its axis can be found
 MAX_AXIS_SIGMA = 5.0  # degrees
+MAX_SIGMA = 8.0  # degrees, median of an angle's σ
+MIN_LIKELIHOOD = 3.0  # log of the ratio to the fit with the other sign: 20 to 1
 MAX_RESIDUAL = 15.0  # degrees: a residual of the axis beyond that of soft tissue
 
 
@@ -27,7 +29,7 @@ class Joint:
     t: Array
     angle: Array
     sigma: Array
-    fit: HingeFit = field(repr=False)
+    fit: AxesFit = field(repr=False)
     axes: int = 1
 
     @property
@@ -74,12 +76,13 @@ class Joint:
                 f"{'one axis' if self.axes != 2 else 'two axes'} ({more}), or the clocks of the sensors differ. "
                 "`levelhead.align` shows a shift"
             )
+        advice = "Record a motion that bends the joint while both segments also turn in other directions"
         if max(self.sigma_axes) > MAX_AXIS_SIGMA:
-            return (
-                f"the direction of the axis is known to {max(self.sigma_axes):.2g}° only. "
-                "Record a motion that bends the joint while both segments also turn in other directions"
-            )
-        return ""
+            return f"the direction of the axis is known to {max(self.sigma_axes):.2g}° only. {advice}"
+        if self.fit.likelihood < MIN_LIKELIHOOD:
+            return f"the axis stayed level, and the lower sensor may as well head the other way. {advice}"
+        sigma = float(np.max(np.median(self.sigma, axis=0)))
+        return f"the angles are known to {sigma:.2g}° only. {advice}" if sigma > MAX_SIGMA else ""
 
     def __repr__(self) -> str:
         span = ", ".join(f"{one:.0f}°" for one in np.atleast_1d(np.ptp(self.angle, axis=0)))
