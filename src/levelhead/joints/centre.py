@@ -34,7 +34,7 @@ def centre_cost(t: Array, upper: Array, lower: Array, recordings: tuple[Recordin
     upper, lower = upper[known], lower[known]
     force = upper @ forces[0][known, :, None], (lower @ forces[1][known, :, None])[:, :, 0]
     lever = upper @ levers[0][known], lower @ levers[1][known]
-    count = 1.5 * min((t[-1] - t[0]) / CORRELATION, len(known))
+    count: float = 1.5 * min((t[-1] - t[0]) / CORRELATION, len(known))
 
     def cost(heading: Array) -> float:
         angle = heading[known]
