@@ -2,11 +2,14 @@
 
 import importlib.util
 import re
+import socket
+import struct
 import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "howto" / "live.md"
 FOLDER = Path(__file__).resolve().parents[2] / "examples"
@@ -95,3 +98,29 @@ def test_an_elbow_is_found_from_two_sensors(example):
     found, errors = example("elbow").angles_of()
     assert found.fault == ""
     assert np.sqrt(np.mean(errors**2, axis=0)).max() < 0.5
+
+
+def test_a_knee_that_walks_is_right_but_for_the_skin(example):
+    knee = example("knee")
+    joint, angle, true = knee.flexion_of()
+    assert joint.fault == ""
+    assert np.sqrt(np.mean((angle - true) ** 2)) < 1.3 * 2.0**0.5 * knee.SKIN
+
+
+def test_a_head_tracker_sends_its_view_as_osc(example):
+    """Each message by the rules of OSC 1.0: strings end in zeros at four bytes, floats are big-endian."""
+    tracker = example("head_tracker")
+    tracker.DURATION = 8.0
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as receiver, socket.socket(type=socket.SOCK_DGRAM) as sender:
+        receiver.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 1 << 20)
+        receiver.bind(("127.0.0.1", 0))
+        receiver.settimeout(5.0)
+        sender.connect(receiver.getsockname())
+        found, true = tracker.track(tracker.wear(), sender, real_time=False)
+        messages = [receiver.recv(100) for _ in found]
+    assert np.abs((found - true + 180.0) % 360.0 - 180.0).max() < 2.0
+    for message, angles in zip(messages, found, strict=True):
+        assert message[:36] == b"/SceneRotator/quaternions\0\0\0,ffff\0\0\0" and len(message) == 52
+        quat = struct.unpack(">4f", message[36:])
+        sent = Rotation.from_quat(quat, scalar_first=True).as_euler("ZYX", degrees=True)
+        np.testing.assert_allclose(sent, angles, atol=1e-3)
