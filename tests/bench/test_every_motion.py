@@ -9,6 +9,7 @@ from statistics import fmean
 
 import pytest
 
+import levelhead as lh
 from levelhead.bench import Method, accuracy, contenders
 from levelhead.bench.ratios import geometric_mean
 
@@ -98,3 +99,16 @@ def test_the_smoother_is_better_than_online(data_dir: Path, place: str) -> None:
     assert fmean(one.ours for one in smoothed.recordings) < most
     assert geometric_mean([one.value for one in smoothed.recordings]) < MARGIN * bound
     assert geometric_mean([one.tilt for one in smoothed.recordings]) < MARGIN * bound_tilt
+
+
+@pytest.mark.full
+@pytest.mark.parametrize("with_mag", [True, False])
+def test_lost_samples_do_not_unsettle_mahony(data_dir: Path, with_mag: bool) -> None:
+    """FIUMARG's logs have 72 intervals of more than twice the usual one. Mahony's error was 18.5° there at one time."""
+    place = data_dir / "truth/fiumarg"
+    if not place.is_dir():
+        pytest.skip(f"{place.name} is not here")
+    result = accuracy([place], [Method("Mahony", lh.Mahony())], with_mag=with_mag, jobs=1)
+    errors = [outcome.figures.rotated for outcome in result.outcomes.values() if outcome.figures is not None]
+    assert len(errors) == 2
+    assert max(errors) < (8.0 if with_mag else 6.0)
