@@ -242,5 +242,5 @@ def _must_agree(t: Array, gyr: Array, acc: Array) -> None:
     if score < MIN_CORRELATION:
         raise LevelheadError(
             f"gyroscope and accelerometer contradict each other about the turn (correlation {score:.2f}): "
-            "one of them has a mirrored or swapped axis"
+            "an axis is mirrored or swapped, or the body accelerated; make one slow turn on the spot"
         )

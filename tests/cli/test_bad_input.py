@@ -55,6 +55,7 @@ LOGS: dict[str, tuple[Callable[[Path], Path], tuple[str, ...]]] = {
         text(rows=[f"0.1,{row.partition(',')[2]}" for row in ROWS[:15]]),
         ("line 3", "time stands still"),
     ),
+    "time goes back in every row": (text(rows=ROWS[::-1]), ("line 3", "time goes back from 0.59 to 0.58")),
     "no accelerometer": (
         text("t [s],gx [rad/s],gy [rad/s],gz [rad/s]", [",".join(row.split(",")[:4]) for row in ROWS]),
         ("no accelerometer", "acc_x"),

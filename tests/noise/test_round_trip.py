@@ -186,5 +186,5 @@ def test_numbers_are_printed_in_the_units_of_data_sheets():
     )  # fmt: skip
     cells = {row.words: row.cells(gyr)[0] for row in ROWS if row.name == "gyr"}
     assert cells["white noise N"] == "0.01 ± 0.001" and cells["bias instability B"] == "10 ± 1"
-    assert cells["the same as angle random walk"] == "0.6 ± 0.06"
+    assert cells["white noise as angle random walk"] == "0.6 ± 0.06"
     assert _instability("gyr", gyr, 600.0).startswith("gyroscope: bias instability x 10, y 10, z 10 deg/h")

@@ -108,7 +108,7 @@ def _collect(recording: Recording, checks: Sequence[Check], before: Sequence[Fin
 def _run(recording: Recording, checks: Sequence[Check]) -> Iterator[Finding]:
     yield from from_reader(recording)
     if len(recording) < 20:
-        yield Finding("too_short", "warning", f"{len(recording)} samples tell nothing", "length")
+        yield Finding("too_short", "warning", f"{len(recording)} samples are too few to examine", "length")
         return
     for check in checks:
         yield from check(recording)

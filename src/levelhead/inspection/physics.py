@@ -38,7 +38,7 @@ def examine_gravity(recording: Recording) -> Iterator[Finding]:
         yield Finding(
             "gravity_removed",
             "broken",
-            "the accelerometer is without gravity: somebody took it off",
+            "the acceleration lacks gravity: the logger removed it",
             f"its mean over {STRIDES:g} s, turned back by the gyroscope, is {share:.2f} g, its length {length:.2f} g",
             "Record the acceleration with gravity; give its columns: --map acc=X,Y,Z.",
         )
@@ -53,7 +53,7 @@ def examine_rest(recording: Recording) -> Iterator[Finding]:
         yield Finding(
             "always_still",
             "note",
-            "the sensor rests all the time: scale, axes and units cannot be checked",
+            f"the sensor {'rests' if share > 0.95 else 'hardly turns'}: scale, axes and units cannot be checked",
             f"{100 * share:.0f} % at rest",
             "Turn it about all three axes for 20 s.",
         )

@@ -65,7 +65,9 @@ def examine_clock(recording: Recording) -> Iterator[Finding]:
         yield Finding(
             "too_slow",
             "warning" if far > MAX_STEP else "note",
-            f"{1 / mean:.3g} Hz is slow for this motion: up to {far:.0f} deg between two samples",
+            f"{1 / mean:.3g} Hz is slow for this motion: up to {far:.0f} deg between two samples"
+            if far > MAX_STEP
+            else f"{1 / mean:.3g} Hz is a low sample rate",
             f"mean interval {1e3 * mean:.3g} ms",
             "Record at 50 Hz or more.",
         )

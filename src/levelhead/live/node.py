@@ -310,7 +310,7 @@ class Node:
         self._closed = True
         if self._began:
             self.safe_state.end()
-            text = f"{self.samples} samples, {self.loop.missed} ticks missed"
+            text = f"{self.samples} samples, {self.loop.missed} missed ticks"
             self.journal.note("stopped", text, **self.figures())
         for topic in TOPICS:
             self.bus.withdraw(topic, self.id)

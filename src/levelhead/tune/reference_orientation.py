@@ -177,9 +177,9 @@ def _check(
             "equally good; record the motion that the filter is for"
         )
     if seconds < SHORT_TIME:
-        remarks = [*remarks, f"{name}: {seconds:.0f} s of motion are few; record a minute or more"]
+        remarks = [*remarks, f"{seconds:.0f} s of motion in {name} are few; record a minute or more"]
     if turn < CALM:
-        remarks = [*remarks, f"{name}: the sensor turns little ({turn:.1f}° RMS), so the minimum is flat"]
+        remarks = [*remarks, f"the sensor turns little in {name} ({turn:.1f}° RMS), so the minimum is flat"]
     quat = np.full_like(truth.quat, np.nan)
     quat[scored] = truth.quat[scored]
     held = replace(recording, truth=replace(truth, quat=quat, moving=None, north=False))

@@ -201,7 +201,7 @@ def _repaired(stamps: Column, table: Table, name: str, values: Array | None, ses
         if session not in (None, 1):
             raise LevelheadError(f"{table.source} has one session, not session {session}")
         return Repair(stamps)
-    if len(stamps) < _MIN_ROWS:
+    if len(stamps) < _MIN_ROWS or not (stamps[1:] > stamps[:-1]).any():
         _refuse(stamps, table, name)
     repaired = repair_stamps(stamps, values, session)
     if len(repaired.stamps) > 1 and not (repaired.stamps[1:] > repaired.stamps[:-1]).all():
