@@ -151,10 +151,10 @@ def test_a_replay_gives_what_the_log_gives():
     recording = simulate.observe(simulate.poses(8, 5, rate=25.0), simulate.imu("MPU-6050", mag="HMC5883L"), 5)
     shown = []
     read = record_poses(Replay(recording, math.inf), shown.append)
-    np.testing.assert_array_equal(read.acc, recording.acc)
-    np.testing.assert_array_equal(read.mag, recording.mag)
+    for name in ("gyr", "acc", "mag"):  # a calibration of equal readings is equal
+        np.testing.assert_array_equal(getattr(read, name), getattr(recording, name))
+    np.testing.assert_allclose(read.t - read.t[0], recording.t - recording.t[0], rtol=0.0, atol=1e-9)
     assert shown[-1].fraction < 1.0  # the replay ended before 12 poses
-    assert lh.calibrate_sensor(read).verdict() == lh.calibrate_sensor(recording).verdict()
 
 
 @pytest.mark.slow
