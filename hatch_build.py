@@ -9,11 +9,17 @@ from typing import Any
 from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 
 
+PAGES = ("tutorials", "howto", "coming-from", "reference", "explanation")  # for `levelhead help`
+
+
 class NativeEngine(BuildHookInterface):
     """For a wheel into the wheel, for an editable install beside the sources."""
 
     def initialize(self, version: str, build_data: dict[str, Any]) -> None:
         """Called by hatchling before a wheel is made."""
+        if version != "editable":
+            for part in PAGES:
+                build_data["force_include"][str(Path(self.root, "docs", part))] = f"levelhead/docs/{part}"
         sys.path.insert(0, str(Path(self.root, "src")))
         from levelhead.engine.native import up_to_date
         from levelhead.export.extension import FILE, PLACE, NoCompilerError, build

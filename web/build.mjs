@@ -12,9 +12,31 @@ const { metafile } = await build({
   outdir: target, bundle: true, minify: true, format: "esm", target: "es2022", metafile: true, legalComments: "none",
   logLevel: "warning",
 });
-cpSync(here ? "index.html" : "try.html", `${target}/index.html`);
-if (!here) for (const page of ["lesson.html", "phone.html"]) cpSync(page, `${target}/${page}`);
+for (const [file, source, script, title] of here ? [["index", "index", "app", "levelhead"]] : [["index", "try", "app", "levelhead in the browser"],
+  ["lesson", "lesson", "lesson", "The lesson, live: levelhead"], ["phone", "phone", "phone", "This phone as a sensor: levelhead"]]) {
+  writeFileSync(`${target}/${file}.html`, page(title, script, readFileSync(`${source}.html`, "utf8")));
+}
 cpSync("../docs/_static/logo.svg", `${target}/logo.svg`);
+
+/** A whole page of its body. The server of `levelhead view` sends a policy of its own; static files hold theirs. */
+function page(title, script, body) {
+  const policy = "default-src 'self'; script-src 'self' 'wasm-unsafe-eval'; style-src 'self' 'unsafe-inline'; img-src 'self' data: blob:";
+  return `<!doctype html>
+<html lang="en">
+<head>
+<meta charset="utf-8">
+<meta name="viewport" content="width=device-width, initial-scale=1">
+<meta name="color-scheme" content="light dark">
+<title>${title}</title>
+${here ? "" : `<meta http-equiv="Content-Security-Policy" content="${policy}">\n`}<link rel="icon" href="logo.svg">
+<link rel="stylesheet" href="style.css">
+<script type="module" src="${script}.js"></script>
+</head>
+<body>
+${body}</body>
+</html>
+`;
+}
 
 const packages = new Set(Object.keys(metafile.inputs).filter((path) => path.startsWith("node_modules/"))
   .map((path) => path.split("/").slice(1, path.startsWith("node_modules/@") ? 3 : 2).join("/")));

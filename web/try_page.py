@@ -1,10 +1,10 @@
-"""Builds the pages that run in the browser alone, as static files: the lesson with sliders, and a log that is dropped.
+"""Builds the pages that run in the browser alone, as static files: the lesson, a phone, and a log that is dropped.
 
-python web/try_page.py build/site/try [FILTER …]    after `make page`; NumPy for Pyodide comes from PYODIDE_DIST
+python web/try_page.py build/site/try [FILTER …]    after `make page`
 
-Each filter, or those that are named, becomes a module for WebAssembly (clang and lld); any other runs in plain Python.
-
-Pyodide's runtime is that of npm. Its lock file has the hash of NumPy's wheel, which only a release of Pyodide holds.
+The page for a log needs Python in the browser, so it is built where PYODIDE_DIST holds NumPy for Pyodide. Each filter,
+or those that are named, becomes a module for WebAssembly (clang and lld); any other runs in plain Python. Pyodide's
+runtime is that of npm. Its lock file has the hash of NumPy's wheel, which only a release of Pyodide holds.
 """
 
 import hashlib
@@ -27,9 +27,21 @@ SOURCE = WEB.parent / "src"
 RUNTIME = ("pyodide.mjs", "pyodide.asm.js", "pyodide.asm.wasm", "python_stdlib.zip", "pyodide-lock.json")
 
 
-def build(target: Path, release: Path, names: list[str]) -> None:
-    """Writes the page; ``release``: folder with the packages of a release of Pyodide."""
+def build(target: Path, release: Path | None, names: list[str]) -> None:
+    """Writes the pages; ``release``: folder with the packages of a release of Pyodide."""
     subprocess.run(["node", "build.mjs", "try", str(target.resolve())], cwd=WEB, check=True)
+    export_filters(target / "lesson", ["GyroIntegration", "Complementary", "Kalman"], "--guard", "off")
+    (target / "lesson.bin").write_bytes(lesson_block())
+    export_filters(target / "filters", ["ESKF"] if release is None else names)
+    if release is None:
+        for name in ("index.html", "app.js", "worker.js"):
+            (target / name).unlink()
+    else:
+        add_python(target, release)
+
+
+def add_python(target: Path, release: Path) -> None:
+    """What the page for a log needs: Python, NumPy and levelhead."""
     npm, folder = WEB / "node_modules" / "pyodide", target / "pyodide"
     folder.mkdir()
     for name in RUNTIME:
@@ -39,9 +51,6 @@ def build(target: Path, release: Path, names: list[str]) -> None:
     if not wheel.is_file() or hashlib.sha256(wheel.read_bytes()).hexdigest() != numpy["sha256"]:
         sys.exit(f"{wheel} is missing, or its hash is not {numpy['sha256']}; see docs/howto/view.md")
     shutil.copy(wheel, folder)
-    export_filters(target / "filters", names)
-    export_filters(target / "lesson", ["GyroIntegration", "Complementary", "Kalman"], "--guard", "off")
-    (target / "lesson.bin").write_bytes(lesson_block())
     with (target / "licences.txt").open("a") as licences:
         licences.write(f"\n{'-' * 80}\n\npyodide, MPL-2.0, with CPython (PSF-2.0) and NumPy (BSD-3-Clause)\n")
     with zipfile.ZipFile(target / "levelhead.zip", "w", zipfile.ZIP_DEFLATED) as archive:
@@ -77,6 +86,6 @@ def lesson_block() -> bytes:
 
 if __name__ == "__main__":
     release = os.environ.get("PYODIDE_DIST")
-    if len(sys.argv) < 2 or not release:
+    if len(sys.argv) < 2:
         sys.exit(__doc__)
-    build(Path(sys.argv[1]), Path(release), sys.argv[2:] or [flt.name for flt in filters.ALL])
+    build(Path(sys.argv[1]), Path(release) if release else None, sys.argv[2:] or [flt.name for flt in filters.ALL])

@@ -25,6 +25,8 @@ import levelhead as lh
 from levelhead.errors import LevelheadError
 from levelhead.evaluate import compare, evaluate
 from levelhead.filters.health import FAULTS
+from levelhead.inspection import examine
+from levelhead.inspection.explain import explain
 from levelhead.live import Node, open_source
 from levelhead.publish.dashboard.block import pack_block, unpack_block
 from levelhead.publish.dashboard.description import filter_description
@@ -281,7 +283,7 @@ class QuietHandler(http.server.SimpleHTTPRequestHandler):
 @pytest.mark.full
 @pytest.mark.slow
 def test_a_log_is_read_in_the_browser_itself(browser, try_page, tmp_path):
-    recording = lh.simulate.recording("MPU-6050", "hand", duration=5.0, rate=50)
+    recording = lh.simulate.recording("MPU-6050", "hand", duration=12.0, rate=50)
     log, bad = tmp_path / "log.csv", tmp_path / "bad.csv"
     names = ["t [s]", *(f"gyr_{axis} [rad/s]" for axis in "xyz"), *(f"acc_{axis} [m/s²]" for axis in "xyz")]
     rows = np.column_stack([recording.t, recording.gyr, recording.acc])
@@ -311,6 +313,12 @@ def test_a_log_is_read_in_the_browser_itself(browser, try_page, tmp_path):
             page.get_by_role("button", name="CSV").click()
         rows = np.genfromtxt(download.value.path(), delimiter=",", names=True)
         np.testing.assert_array_equal(rows["qw"], track.quat[:, 0])  # the module for WebAssembly has the bits of Python
+        page.get_by_text("Doctor", exact=True).click()
+        eventually(lambda: str(examine(lh.read(log), log.name)).splitlines()[0] in page.inner_text("#side"))
+        page.get_by_text("Why does it drift?").click()
+        page.click("#why")
+        eventually(lambda: "Mahony" in page.inner_text("#why + div"))
+        assert str(explain(lh.read(log), source="log.csv")) in page.inner_text("#why + div")
         page.get_by_text("Columns and units").click()
         assert str(lh.interpret(log)).partition("\n")[2].splitlines()[0] in page.inner_text("#side")
         check_accessibility(page)

@@ -389,9 +389,6 @@ export class App {
     if (this.about.notes?.length) {
       side.append(make("details", { class: "card" }, make("summary", {}, `Notes on the file (${this.about.notes.length})`), ...this.about.notes.map((note) => make("p", {}, note))));
     }
-    for (const { title, text } of this.about.reports ?? []) {
-      side.append(make("details", { class: "card" }, make("summary", {}, title), make("pre", { tabindex: "0" }, text)));
-    }
     if (kind === "recording") this.panel.show(this.filter);
     byId("charts").append(this.table.element, this.health.element);
     this.health.build();

@@ -7,10 +7,9 @@ export interface Parameter {
 }
 export interface Filter { name: string; parameters: Parameter[] }
 export interface HealthName { bit: number; words: string; fault: boolean }
-export interface Report { title: string; text: string }
 export interface About {
   kind: "recording" | "node" | "guide"; title: string; samples?: number; clock?: boolean; filter?: Filter;
-  second?: Filter | null; filters?: { name: string; doc: string }[]; health: HealthName[]; notes?: string[]; reports?: Report[]; suffixes?: string[]; starts?: string[];
+  second?: Filter | null; filters?: { name: string; doc: string }[]; health: HealthName[]; notes?: string[]; suffixes?: string[]; starts?: string[];
 }
 export interface NodeState {
   valid: boolean; words: string[]; failure?: string; seq?: number; stamp?: number; age?: number | null;

@@ -2,7 +2,7 @@
 import { App } from "./app";
 import { parseBlock, type Block } from "./block";
 import { byId, make } from "./dom";
-import type { Report, Source } from "./source";
+import type { Source } from "./source";
 import type { Answer, Call } from "./worker";
 
 const HINTS: [string, string, string][] = [
@@ -11,7 +11,6 @@ const HINTS: [string, string, string][] = [
 ];
 
 class WorkerSource implements Source {
-  reports: Report[] = [];
   private worker = new Worker("worker.js", { type: "module" });
   private waiting = new Map<number, (answer: Answer) => void>();
   private count = 0;
@@ -36,10 +35,7 @@ class WorkerSource implements Source {
     if (answer.bytes === undefined) throw new Error(answer.failure);
     const block = parseBlock(answer.bytes);
     if (block.header.error !== undefined) throw new Error(block.header.error);
-    if (name === "about") {
-      block.header.reports = this.reports;
-      block.header.title = block.header.title === "simulate" ? "a simulated hand" : block.header.title;
-    }
+    if (name === "about" && block.header.title === "simulate") block.header.title = "a simulated hand";
     return block;
   }
 
@@ -56,13 +52,14 @@ async function open(): Promise<void> {
   byId("message").hidden = true;
   try {
     const bytes = file === null ? undefined : { name: file.name, bytes: await file.arrayBuffer() };
-    source.reports = (await source.call("open", bytes === undefined ? {} : hints, bytes)).header.reports;
+    const { text } = (await source.call("open", bytes === undefined ? {} : hints, bytes)).header;
     state.textContent = "The filter runs …";
     app?.close();
     app = new App(source, source.call("about"));
     for (const id of ["main", "foot"]) byId(id).hidden = false;
     byId("intro").hidden = true;
     await app.start();
+    addReports(text);
     byId("tools").prepend(make("button", { type: "button", id: "another", click: showIntro }, "Open …"));
   } catch (error) {
     const message = byId("message");
@@ -70,6 +67,30 @@ async function open(): Promise<void> {
     message.hidden = false;
   }
   state.textContent = "";
+}
+
+/** What the reader found, the doctor's report, and on demand the symptoms and a comparison of the stretch that is shown. */
+function addReports(columns: string): void {
+  const card = (title: string, ...content: HTMLElement[]) => {
+    const found = make("details", { class: "card" }, make("summary", {}, title), ...content);
+    byId("side").append(found);
+    return found;
+  };
+  const fill = async (place: HTMLElement, name: string) => {
+    const text = make("pre", { tabindex: "0" }, "…");
+    place.append(text);
+    await source.call(name, { low: app!.time.low, high: app!.time.high }).then(
+      ({ header }) => { text.textContent = header.text; }, (error: Error) => { text.textContent = error.message; });
+  };
+  if (columns) card("Columns and units", make("pre", { tabindex: "0" }, columns));
+  void fill(card("Doctor"), "doctor");
+  const answers = make("div", { role: "status" }), ask = make("button", { type: "button", id: "why", click: async () => {
+    ask.disabled = true;
+    answers.replaceChildren();
+    for (const name of ["explain", "compare"]) await fill(answers, name);
+    ask.disabled = false;
+  } }, "Explain what is shown, and compare five filters");
+  card("Why does it drift?", ask, answers);
 }
 
 function showIntro(): void {

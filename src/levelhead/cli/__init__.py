@@ -19,7 +19,7 @@ from levelhead.standard_output import NAME, standard_output
 
 HELP = """Turn the contradictory readings of an IMU into an orientation that people can trust.
 
-Start with `levelhead demo`; then `levelhead fuse LOG` for a recording of your own.
+Start with `levelhead demo`; then `levelhead fuse LOG` for a recording of your own. `levelhead help` lists all pages.
 """
 
 
@@ -65,6 +65,7 @@ VERBS = {
     "simulate": "Write a simulated recording with known truth.",
     "corpus": "Apply one verb to many recordings: folders, patterns and URLs, on all cores or a cluster.",
     "bench": "Compare levelhead with other packages: errors on real recordings, and times.",
+    "help": "Show a page of the documentation in the terminal, such as yaw-drift or enu-ned.",
 }
 for verb, words in VERBS.items():
     app.command(f"levelhead.cli.{verb}:{verb}", name=verb, help=words, sort_key=list(VERBS).index(verb))

@@ -10,9 +10,11 @@ from levelhead import filters
 from levelhead.engine import fuse
 from levelhead.engine.batch import DEFAULT_GUARD
 from levelhead.errors import LevelheadError
+from levelhead.evaluate import compare
 from levelhead.filters.parameters import Params
 from levelhead.guard import Guard
 from levelhead.inspection import examine
+from levelhead.inspection.explain import explain
 from levelhead.open_types import JsonObject, Untyped
 from levelhead.publish.dashboard.block import pack_block
 from levelhead.publish.dashboard.recording_view import RecordingView
@@ -24,6 +26,8 @@ from levelhead.sources.interpretation import Interpretation
 from levelhead.sources.pipeline import read_file
 from levelhead.track import Track
 
+LONGEST = 30_000  # samples that plain Python explains in some seconds
+COMPARED = ("ESKF", "EKF", "Mahony", "Madgwick", "Complementary")
 MOTION = ("MPU-6050", "hand", 20.0, 100.0)  # what is shown to those who have no log: 20 s at 100 Hz
 
 
@@ -66,7 +70,7 @@ class WasmEngine:
 
 
 class BrowserView:
-    """Calls of a page in the browser: open, and those of the recording that is open.
+    """Calls of a page in the browser: open, doctor, explain, compare, and those of the recording that is open.
 
     Args:
         run, names: as for ``WasmEngine``.
@@ -75,6 +79,9 @@ class BrowserView:
     def __init__(self, run: Callable[..., Untyped], names: Sequence[str]) -> None:
         self._shown: RecordingView | None = None
         self._engine = WasmEngine(run, names)
+        self._reports: dict[str, Callable[[Recording], object]] = {
+            "doctor": examine, "explain": explain, "compare": lambda recording: compare(recording, COMPARED),
+        }  # fmt: skip
 
     def call(self, name: str, arguments: str) -> bytes:
         """Answers with a block; its header has a sentence for people as "error"."""
@@ -84,17 +91,21 @@ class BrowserView:
                 return self.open(asked)
             if self._shown is None:
                 raise LevelheadError("open a log first")
+            if name in self._reports:
+                whole = self._shown.recording
+                part = whole if name == "doctor" else stretch(whole, float(asked["low"]), float(asked["high"]))
+                return pack_block({"text": str(self._reports[name](part))})
             return self._shown.calls[name](asked)
         except LevelheadError as error:
             return pack_block({"error": str(error)})
 
     def open(self, asked: JsonObject) -> bytes:
-        """Reads a log, or simulates one where no path is given; answers with the reports on it."""
+        """Reads a log, or simulates one where no path is given; answers with the conclusions on its columns."""
         if not asked.get("path"):
             sensor, motion, duration, rate = MOTION
             recording = simulate(sensor, motion, duration=duration, rate=rate)
             self._shown = RecordingView(recording, filters.default(), engine=self._engine.fuse)
-            return pack_block({"reports": []})
+            return pack_block({"text": ""})
         path, hints = Path(asked["path"]), hints_of(asked)
         conclusions: list[Interpretation] = []
 
@@ -103,12 +114,20 @@ class BrowserView:
             return found
 
         recording = read_file(path, check_options(hints), keep)
-        reports = [
-            ("Doctor", str(examine(recording, path.name))),
-            ("Columns and units", "\n".join(map(str, conclusions))),
-        ]
         self._shown = RecordingView(recording, filters.default(), engine=self._engine.fuse)
-        return pack_block({"reports": [{"title": title, "text": text} for title, text in reports]})
+        return pack_block({"text": "\n".join(map(str, conclusions))})
+
+
+def stretch(recording: Recording, low: float, high: float) -> Recording:
+    """The rows between two times.
+
+    Raises:
+        LevelheadError: too many for plain Python.
+    """
+    first, end = (int(row) for row in np.searchsorted(recording.t, [low, high]))
+    if end - first > LONGEST:
+        raise LevelheadError(f"{end - first} samples are shown; zoom in until there are {LONGEST} or fewer")
+    return recording[first : end + 1]
 
 
 def hints_of(asked: JsonObject) -> JsonObject:
