@@ -36,6 +36,7 @@ class Lesson {
   private error = FILTERS.map(() => new Curve());
   private charts: Chart[] = [];
   private dirty = true;
+  private stale = false; // a slider moved: the filters run once a frame
 
   constructor(private given: Record<string, Float64Array>, private filters: any[]) {
     this.clock.append(given.t);
@@ -54,12 +55,12 @@ class Lesson {
     ];
     byId("charts").append(...this.charts.map((chart) => chart.element));
     for (const [id, title, parameters] of [["sensors", "The sensors", SENSORS], ["settings", "The filters", SETTINGS]] as const) {
-      const panel = new ParameterPanel((name, value) => { this.values[name] = value as number; this.compute(); });
+      const panel = new ParameterPanel((name, value) => { this.values[name] = value as number; this.stale = true; });
       panel.show({ name: id, parameters: [...parameters] });
       byId("side").append(make("section", { class: "card", "aria-label": title }, make("h2", {}, title), panel.element));
     }
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => { for (const chart of this.charts) chart.build(); this.dirty = true; });
-    const frame = () => { if (this.dirty) this.draw(); requestAnimationFrame(frame); };
+    const frame = () => { if (this.stale) this.compute(); if (this.dirty) this.draw(); requestAnimationFrame(frame); };
     frame();
   }
 
@@ -75,6 +76,7 @@ class Lesson {
       acc[3 * i + 1] = GRAVITY * Math.sin(level);
       acc[3 * i + 2] = GRAVITY * Math.cos(level);
     }
+    this.stale = false;
     this.measured.clear();
     this.measured.append(measured);
     const settings: Record<string, number | boolean>[] = [{}, { tau: (alpha * INTERVAL) / (1 - alpha) }, { q_angle, q_bias, r_measure, q_per_sample: true }];
