@@ -63,6 +63,9 @@ if TYPE_CHECKING:
     from levelhead.gaits import Gait as Gait
     from levelhead.gaits import gait as gait
     from levelhead.guard import Guard as Guard
+    from levelhead.heave import Heave as Heave
+    from levelhead.heave import HeaveFilter as HeaveFilter
+    from levelhead.heave import Sea as Sea
     from levelhead.inspection import inspect as inspect
     from levelhead.joints import Joint as Joint
     from levelhead.joints import joint as joint
@@ -109,6 +112,7 @@ _HOMES = {
     ),
     "levelhead.gaits": ("Gait", "gait"),
     "levelhead.guard": ("Guard",),
+    "levelhead.heave": ("Heave", "HeaveFilter", "Sea"),
     "levelhead.inspection": ("inspect",),
     "levelhead.joints": ("Joint", "joint"),
     "levelhead.noise": ("NoiseModel", "measure_noise"),

@@ -23,6 +23,8 @@ from levelhead.rotations import ONE, conjugate, interpolate, matrix, product, to
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
 
+    from levelhead.heave import Heave
+
 POSE = "POSE"  # the frame of a track relative to one of its poses
 NORTH_SIGMA = radians(30.0)  # above it north has not been found: a quarter of all directions is within 1.5σ
 LEVEL_NOSE = 0.9998  # sine of 89°: nearer to the vertical the x axis has no heading
@@ -485,6 +487,35 @@ class Track:
         found = acceleration_in_earth(plain.quat, force, plain.sigma, deviation)
         axes = frame_change(ENU, find_frame(self.frame)).earth_matrix.T
         return VectorSeries(found.value @ axes, None if found.sigma is None else found.sigma @ np.abs(axes))
+
+    def heave(
+        self, recording: Recording | None = None, *, arm: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    ) -> "Heave":
+        """Vertical motion of a boat or a buoy about its mean, up positive, with 1σ (``levelhead.heave``; needs SciPy).
+
+        The errors of attitude are largest after the start of ``fuse``; those of ``smooth`` are not.
+
+        Args:
+            recording: what the track was made from; None: ``readings``.
+            arm: m, from the sensor to the point whose heave is wanted, in the axes of the body.
+
+        Raises:
+            LevelheadError: no waves, too few of them, errors that hide them, or no such arm.
+        """
+        from levelhead.heave import estimate_heave
+
+        lever = real_array("arm", arm, (3,), "m")
+        found = self.earth_acceleration(recording)
+        sign = -1.0 if self.frame == "NED" else 1.0
+        sigma = None if found.sigma is None else found.sigma[:, 2]
+        heave = estimate_heave(self.t, sign * found.value[:, 2], sigma)
+        reach = matrix(self.quat) @ lever
+        rise, deviation = sign * (reach[:, 2] - np.nanmean(reach[:, 2])), heave.sigma
+        if self.sigma is not None:
+            tilt = np.hypot(self.sigma[:, 0] * reach[:, 1], self.sigma[:, 1] * reach[:, 0])
+            deviation = np.hypot(deviation, tilt)
+        pace = np.gradient(rise, self.t)
+        return heave._replace(value=heave.value + rise, velocity=heave.velocity + pace, sigma=deviation)
 
     def angular_rate(self, recording: Recording | None = None) -> VectorSeries:
         """Angular rate in rad/s, body axes, without the bias and the scale errors that the filter has found.

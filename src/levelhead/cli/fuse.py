@@ -20,6 +20,7 @@ from levelhead.open_types import JsonObject, ReadOnlyJson
 if TYPE_CHECKING:
     from levelhead.calibration import Calibration
     from levelhead.evaluate import Score
+    from levelhead.heave import Heave
     from levelhead.recording import Array, Recording
     from levelhead.track import Track
 
@@ -79,6 +80,7 @@ class FusionResult(NamedTuple):
     guard: Guard | None
     written: list[Path]
     rows: int  # of the track in its file
+    heave: "Heave | None" = None
 
 
 def fuse(*logs: Path, arguments: FuseArguments = FuseArguments()) -> None:  # noqa: B008
@@ -149,6 +151,8 @@ def _print_summary(done: FusionResult, options: FuseOptions) -> None:
         print_line(f"axes          of the body: the sensor's {options.mounting}")
     if options.frame != "ENU":
         print_line(f"frame         {options.frame} in the file; the angles above are in ENU")
+    if done.heave is not None:
+        print_line(f"heave         {done.heave.words()}")
     if options.field is not None:
         from levelhead.publish.field_sentence import field_sentence
 
@@ -165,6 +169,8 @@ def _facts(done: FusionResult, options: FuseOptions) -> JsonObject:
 
     said = facts(done.recording, done.track, done.score, done.guard)
     said |= {"frame": options.frame, "axes": None if options.mounting is None else str(options.mounting)}
+    if (heave := done.heave) is not None:
+        said["heave"] = {"significant_height_m": heave.significant_height, "mean_period_s": heave.mean_period}
     return said | {"rows": done.rows, "written": [str(path) for path in done.written]}
 
 
@@ -269,9 +275,10 @@ def _fuse_one(log: Path, name: str, options: FuseOptions) -> FusionResult:
         score = evaluate(recording, track)  # a reference counts as relative to magnetic north, like the filter
     track = options.of_body(track if node and options.declination is None else options.to_north(track), recording)
     seen = recording if options.mounting is None else options.mounting.rotate(recording)
+    heave = track.heave() if options.heave else None
     target = folder(options.out) / f"{name}-track.{options.format}"
     with progress(f"writing {target.name}") as report:
-        shown, more = _rows_to_write(track.to_frame(options.frame), options)
+        shown, more = _rows_to_write(track.to_frame(options.frame), heave, options)
         write_track(shown, target, report, more)
     written = [target]
     if options.plot and can_draw():
@@ -279,14 +286,15 @@ def _fuse_one(log: Path, name: str, options: FuseOptions) -> FusionResult:
     if options.save_calibration is not None and track.calibration is not None:
         track.calibration.save(options.save_calibration)
         written.append(options.save_calibration)
-    return FusionResult(seen, track, score, guard, written, len(shown))
+    return FusionResult(seen, track, score, guard, written, len(shown), heave)
 
 
-def _rows_to_write(track: "Track", options: FuseOptions) -> "tuple[Track, dict[str, Array]]":
+def _rows_to_write(track: "Track", heave: "Heave | None", options: FuseOptions) -> "tuple[Track, dict[str, Array]]":
     """The rows of a track that are written, and further columns."""
     from levelhead.publish.writers import motion_columns
 
     more = motion_columns(track) if options.motion else {}
+    more |= {} if heave is None else heave.columns()
     if options.output_rate is None:
         return track, more
     from levelhead.publish.output_rate import OutputRate

@@ -60,6 +60,7 @@ class FuseOptions:
         frame: "ENU", "NED" or "NWU", of the written track.
         heading: degrees, the yaw at the start in that frame; None: as the filter found it.
         motion: write specific force, accelerations and rate too.
+        heave: write heave too.
         field: that of the place; None: it was not named.
     """
 
@@ -84,6 +85,7 @@ class FuseOptions:
     frame: str
     heading: float | None
     motion: bool
+    heave: bool
     field: "EarthField | None"
 
     def to_magnetic_north(self, track: "Track") -> "Track":
@@ -175,6 +177,9 @@ class FuseArguments:
     motion: Annotated[bool, Parameter(negative="")] = False
     """Write specific force, acceleration without gravity in the axes of the body and of the earth, and the rate without
     its bias as well, each with its 1σ."""
+    heave: Annotated[bool, Parameter(negative="")] = False
+    """Write heave as well, the vertical motion of a boat or a buoy about its mean, up positive, with its 1σ (needs the
+    extra levelhead[scipy])."""
     reading: Reading = Reading()  # noqa: RUF009
 
     def check(self, smooth: bool, logs: int) -> FuseOptions:
@@ -230,6 +235,7 @@ class FuseArguments:
             frame=self.placement.frame.upper(),
             heading=self.heading,
             motion=self.motion,
+            heave=self.heave,
             field=field,
         )
 

@@ -91,7 +91,7 @@ def fuse_long_log(log: Path, options: FuseOptions) -> None:
     from levelhead.publish.writers import write_tracks
     from levelhead.sources.chunked import NeedsWholeLog, read_chunks
 
-    if options.needs_start or options.motion:
+    if options.needs_start or options.motion or options.heave:
         raise NeedsWholeLog(f"{log} is turned by what its start is like; it is read whole")
     learns = filters.of(options.params).calibration is not None
     chunks = read_chunks(log, adjust=keep_field_with_offset if learns else None, **options.reading.hints())

@@ -9,6 +9,7 @@ and ``gnss`` are sensors beside it. ``apply_fault`` breaks a recording, simulate
 """
 
 from levelhead.simulate.aiding_sensors import Barometer, Receiver, gnss, pressure
+from levelhead.simulate.buoy import buoy
 from levelhead.simulate.circles import circles
 from levelhead.simulate.disturbance import Bumps, Vibration
 from levelhead.simulate.fault import Fault, Faulted, all_faults, apply_fault, parse_fault
@@ -39,6 +40,7 @@ __all__ = [
     "Vibration",
     "all_faults",
     "apply_fault",
+    "buoy",
     "circles",
     "foot",
     "gnss",

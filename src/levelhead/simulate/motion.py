@@ -143,7 +143,7 @@ def motion(
     clock = _clock(t - still)
     angle, angle_rate, _ = _waves(generator(seed, 0, 0), clock, "rotation", rotation, turn_band, 1)
     place = _waves(generator(seed, 0, 1), clock, "translation", translation, move_band, 2)
-    quat, gyr = _attitude(np.radians(angle), np.radians(angle_rate))
+    quat, gyr = attitude(np.radians(angle), np.radians(angle_rate))
     return Motion(t, quat, gyr, *place)
 
 
@@ -213,7 +213,7 @@ def _waves(
     return value, first, second
 
 
-def _attitude(angle: Array, rate: Array) -> tuple[Array, Array]:
+def attitude(angle: Array, rate: Array) -> tuple[Array, Array]:
     """Quaternions and body rates of roll, pitch, yaw angles (rad) and their rates (rad/s).
 
     The angles may take any value: the way from angles and their rates to the body rate has no singularity; gimbal lock
