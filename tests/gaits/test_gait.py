@@ -142,3 +142,9 @@ def test_strides_beside_motion_capture(foot):
         errors.append(np.hypot(*estimate[:2]) / np.mean(true) - 1.0)
     assert len(errors) >= 27
     assert np.sqrt(np.mean(np.square(errors))) < 0.03
+
+
+def test_a_sensor_without_noise_has_stances_too():
+    motion = simulate.foot(20, 200.0)
+    found = lh.gait(simulate.observe(motion, simulate.Imu()))
+    np.testing.assert_allclose(found.strides.length, 1.3, rtol=0.01)

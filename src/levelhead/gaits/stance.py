@@ -24,6 +24,7 @@ from levelhead.units import DEGREE, GRAVITY
 
 WINDOW = 0.1  # s
 STANDING = (0.15, 6.0 * DEGREE)  # m/s² and rad/s, of a walker's foot at first
+LEAST = (0.01, 0.1 * DEGREE)  # of a stance without noise
 MOVING = (9.0, 150.0 * DEGREE)
 ROUNDS = 20
 LONGEST = 1.5  # s, of a stance between two strides
@@ -74,7 +75,7 @@ def find_stances(recording: Recording) -> Stance:
         for first, last in runs[1:-1]:
             between[first:last] = last - first <= LONGEST * rate
         if between.any():
-            still = np.sqrt([force[between].mean() / 3.0, turn[between].mean() / 3.0])
+            still = np.maximum(np.sqrt([force[between].mean() / 3.0, turn[between].mean() / 3.0]), LEAST)
         swing = usable & ~standing
         if swing.any():
             moving = np.maximum(np.sqrt([force[swing].mean() / 3.0, turn[swing].mean() / 3.0]), 2.0 * still)
