@@ -61,6 +61,7 @@ if TYPE_CHECKING:
     from levelhead.filters import RollPitchKalman as RollPitchKalman
     from levelhead.filters import Triad as Triad
     from levelhead.gaits import Gait as Gait
+    from levelhead.gaits import GaitStream as GaitStream
     from levelhead.gaits import gait as gait
     from levelhead.guard import Guard as Guard
     from levelhead.heave import Heave as Heave
@@ -110,7 +111,7 @@ _HOMES = {
         "AccelTilt", "BiasRateKalman", "Complementary", "EKF", "ESKF", "GyroIntegration", "Kalman", "Madgwick",
         "Mahony", "RollPitchKalman", "Triad",
     ),
-    "levelhead.gaits": ("Gait", "gait"),
+    "levelhead.gaits": ("Gait", "GaitStream", "gait"),
     "levelhead.guard": ("Guard",),
     "levelhead.heave": ("Heave", "HeaveFilter", "Sea"),
     "levelhead.inspection": ("inspect",),

@@ -148,3 +148,33 @@ def test_a_sensor_without_noise_has_stances_too():
     motion = simulate.foot(20, 200.0)
     found = lh.gait(simulate.observe(motion, simulate.Imu()))
     np.testing.assert_allclose(found.strides.length, 1.3, rtol=0.01)
+
+
+def test_a_walk_while_it_happens():
+    motion, recording = walk()
+    live, standing, now = lh.GaitStream(), [], None
+    for gyr, acc in zip(recording.gyr, recording.acc, strict=True):
+        now = live.update(gyr=gyr, acc=acc, dt=0.005)
+        standing.append(live.standing)
+    assert now is not None
+    assert np.linalg.norm(now.position - motion.position[-1]) < 0.015 * 26.0
+    assert np.mean(standing == find_stances(recording).standing) > 0.9
+    assert np.linalg.norm(motion.velocity[standing], axis=1).max() < 0.15
+
+
+def test_a_pocket_has_no_stance_live():
+    recording = simulate.recording("ICM-20948", "walking", duration=10)[400:]
+    live = lh.GaitStream()
+    for gyr, acc in zip(recording.gyr, recording.acc, strict=True):
+        live.update(gyr=gyr, acc=acc, dt=0.01)
+        assert not live.standing
+
+
+@needs_walks
+def test_a_real_loop_live():
+    recording = lh.read(WALKS / "short_walk.csv")
+    live, first, now = lh.GaitStream(), None, None
+    for gyr, acc in zip(recording.gyr, recording.acc, strict=True):
+        now = live.update(gyr=gyr, acc=acc, dt=1.0 / recording.rate)
+        first = first or now
+    assert np.linalg.norm(np.subtract(now.position, first.position)) < 0.03 * 23.5

@@ -19,6 +19,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from levelhead.atmosphere import Numbers
 from levelhead.recording import Array, Recording
 from levelhead.units import DEGREE, GRAVITY
 
@@ -67,9 +68,8 @@ def find_stances(recording: Recording) -> Stance:
     runs, statistic = np.empty((0, 2), np.intp), np.full(len(recording), np.inf)
     for _ in range(ROUNDS):
         before = standing
-        near, far = force / still[0] ** 2 + turn / still[1] ** 2, force / moving[0] ** 2 + turn / moving[1] ** 2
-        statistic = np.where(usable, near - far, np.inf)
-        limit = 6.0 * np.sum(np.log(moving / still))
+        sides = likelihood(force, turn, still, moving)
+        statistic, limit = np.where(usable, sides[0], np.inf), sides[1]
         standing, runs = _clean(statistic < limit, rate)
         between = np.zeros(len(standing), bool)
         for first, last in runs[1:-1]:
@@ -82,6 +82,13 @@ def find_stances(recording: Recording) -> Stance:
         if np.array_equal(before, standing):
             break
     return Stance(standing, runs, statistic, (float(still[0]), float(still[1])), float(np.min(moving / still)))
+
+
+def likelihood(force: Numbers, turn: Numbers, still: Array, moving: Array) -> tuple[Numbers, float]:
+    """Both sides of (2), from a² and w², and the noises of standing and moving, (2,) each in m/s² and rad/s."""
+    by_force = still[0] ** -2 - moving[0] ** -2
+    by_turn = still[1] ** -2 - moving[1] ** -2
+    return force * by_force + turn * by_turn, 6.0 * float(np.sum(np.log(moving / still)))
 
 
 def _window_squares(recording: Recording) -> tuple[Array, Array]:
