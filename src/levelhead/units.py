@@ -106,11 +106,12 @@ FACTORS: dict[str, dict[str, float]] = {
         "gauss": 100.0,
         "Gs": 100.0,
         "mG": 0.1,
+        "mGa": 0.1,
         "mgauss": 0.1,
         "milligauss": 0.1,
         "ga": 100.0,
         "ʯt": 1.0,  # how WitMotion writes µT
-        **dict.fromkeys(("microtesla", "microteslas"), 1.0),
+        **dict.fromkeys(("microtesla", "microteslas", "microT", "microt"), 1.0),
         "nanotesla": 1e-3,
         "tesla": 1e6,
     },

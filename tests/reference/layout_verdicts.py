@@ -7,6 +7,7 @@ from tests.reference import (  # noqa: F401  (each registers its layouts)
     layouts_of_firmware,
     layouts_of_laboratories,
     layouts_of_robots,
+    layouts_of_strangers,
 )
 from tests.reference.dialects import Dialect, Motion, off
 from tests.reference.layouts import ROUNDS, UNFUSABLE

@@ -144,6 +144,9 @@ SENTENCES: Mapping[tuple[str, str], Template] = {
     ),
     ("frame", "ulog"): "{topic}: body frame x forward, z down",
     ("columns", "by_numbers"): _columns_by_numbers,
+    ("columns", "increments"): (
+        "{columns}: angles and velocities gained in {step:.4g} s; divided by the time of each row"
+    ),
     ("columns", "stacked_rows"): "no header: a sample has {count} lines, a guess: {listed}",
     ("columns", "by_physics"): (
         "no names: a guess by physics: accelerometer {accelerometer} … with {per_g:.4g} counts per g around {middle}; "
@@ -194,6 +197,7 @@ SENTENCES: Mapping[tuple[str, str], Template] = {
         "time: '{column}' has no unit; it counts {step:g} a sample, which at the {rate:g} Hz that the file gives are "
         "{ticks:.6g} ticks a second"
     ),
+    ("t.unit", "other_clock"): ("time: '{column}' has no unit; the clock beside it shows {ticks:.6g} ticks a second"),
     ("t.unit", "interval"): "time: '{column}' has no unit; by its median interval of {step:.6g} it is in {value}",
     (
         "t.unit",
@@ -294,6 +298,7 @@ SENTENCES: Mapping[tuple[str, str], Template] = {
         ): f"gyroscope: raw counts, {_GYROSCOPE[reason]}; --counts gyr={{counts:g}}/deg/s confirms it"
         for reason in ("gravity_turn_counts", "gravity_turn_nearest_counts", "whole_numbers", "power_up")
     },
+    ("mag.bias", "subtracted"): "magnetometer: without the bias that the phone wrote beside it",
     ("mag.used", "incomplete"): "magnetometer: left out, because no row is complete",
     ("mag.used", "zero"): "magnetometer: left out, because it is 0 on every row",
     ("mag.used", "does_not_turn"): (

@@ -15,6 +15,7 @@ from levelhead.sources.conclusion import Basis, Conclusion
 from levelhead.sources.hints import MEANING, Hints
 from levelhead.sources.interpret.converter_counts import with_sensors
 from levelhead.sources.interpret.counts import ACC
+from levelhead.sources.interpret.increments import rates_of_increments
 from levelhead.sources.interpret.ranges import list_ranges
 from levelhead.sources.names.column_name import understand
 from levelhead.sources.table import ArrayTable, Column, Table, stack, words_of
@@ -51,7 +52,9 @@ class Guess(NamedTuple):
 
 
 def name_columns(table: Table, hints: Hints) -> Table:
-    """A table whose file names no column, or no column of a matrix, named by its numbers; any other as it is.
+    """A table whose file names no column, no column of a matrix, or increments, with names of sensors.
+
+    Any other is given back as it is.
 
     The names are a guess, which is concluded.
 
@@ -60,7 +63,7 @@ def name_columns(table: Table, hints: Hints) -> Table:
     """
     if table.unnamed:
         return table if {"gyr", "acc"} <= set(hints.map) else name_by_numbers(table, hints)
-    return table if hints.map else _matrix(table) or table
+    return table if hints.map else rates_of_increments(table) or _matrix(table) or table
 
 
 def _matrix(table: Table) -> ArrayTable | None:
@@ -284,8 +287,8 @@ def _less_steady_first(values: Array, triples: Sequence[Triple]) -> Sequence[Tri
     A magnetometer turns as gravity does, and in some units it is as long; but motion disturbs gravity's length only.
     """
     spread = {triple: _length_spread(values[:, list(triple)]) for triple in triples}
-    most = max(spread.values(), default=0.0)
-    steady = [triple for triple in triples if most > _MIN_MOTION and spread[triple] < _MAX_STEADY_SHARE * most]
+    most = {one: max((spread[other] for other in _apart(triples, one)), default=0.0) for one in triples}
+    steady = [one for one in triples if most[one] > _MIN_MOTION and spread[one] < _MAX_STEADY_SHARE * most[one]]
     return [*(triple for triple in triples if triple not in steady), *steady]
 
 

@@ -15,6 +15,7 @@ from levelhead.sources.interpret.suggestion import suggest
 from levelhead.sources.interpret.temperature import find_temperature
 from levelhead.sources.table import Column, Table, stack, words_of
 
+_MAX_BACK = 0.2  # of the steps, from which a column is not a clock
 _TRIES = 4  # sets of columns, each without the useless ones of the set before
 
 
@@ -35,7 +36,7 @@ def choose_columns(table: Table, hints: Hints) -> tuple[Roles, dict[int, Column]
         columns = _read(table, roles)
         useless = _without_gravity(table, roles, columns, hints, filled)
         if not useless:
-            useless = _empty(roles, columns)
+            useless = _useless(table, roles, columns)
             if not useless:
                 break
             name = next(table.names[i] for i in sorted(useless))
@@ -99,12 +100,22 @@ def _with_gravity_vector(
     return replace(roles, columns={**roles.columns, "acc": positions, "gravity": acc}), columns
 
 
-def _empty(roles: Roles, columns: dict[int, Column]) -> frozenset[int]:
-    """The columns of time, gyroscope and accelerometer in which every value is missing, but those that a hint names."""
+def _useless(table: Table, roles: Roles, columns: dict[int, Column]) -> frozenset[int]:
+    """The columns of time, gyroscope and accelerometer that show nothing, but those that a hint names.
+
+    Every value is missing, or a T goes back as often as a temperature does.
+    """
     return frozenset(
         i for role in ("t", "gyr", "acc") if role not in roles.mapped
-        for i in roles.columns.get(role, ()) if np.isnan(columns[i]).all()
+        for i in roles.columns.get(role, ())
+        if np.isnan(columns[i]).all() or (table.names[i].strip() == "T" and _goes_back(columns[i]))
     )  # fmt: skip
+
+
+def _goes_back(column: Column) -> bool:
+    steps = np.diff(column)
+    steps = steps[np.isfinite(steps)]
+    return len(steps) > 0 and float((steps < 0).mean()) > _MAX_BACK
 
 
 def _refuse_gravity(table: Table, roles: Roles, columns: dict[int, Column]) -> None:

@@ -15,10 +15,12 @@ from levelhead.sources.interpret.clock_choice import (
     Candidate,
     Clock,
     CounterError,
+    beside_clock,
     choose,
     join_seconds,
     restore,
     seconds,
+    with_ticks,
 )
 from levelhead.sources.interpret.declared import declared_scale
 from levelhead.sources.interpret.rate import guess_rate
@@ -70,7 +72,7 @@ def find_clock(table: Table, roles: Roles, hints: Hints, columns: Mapping[int, C
     joined = join_seconds(candidates)
     if len(joined) == len(candidates):
         joined = [_candidate(table, i, hints, columns[i]) for i in positions]
-    chosen, choice = choose(joined)
+    chosen, choice = choose(with_ticks(joined))
     values = _sensor_values(roles, columns)
     try:
         clock = seconds(chosen.stamps, chosen.declared, table, chosen.name, values, hints.session)
@@ -85,7 +87,8 @@ def find_clock(table: Table, roles: Roles, hints: Hints, columns: Mapping[int, C
         names, clock.scale, clock.start, clock.t0, fraction=chosen.fraction, repairs=repairs, session=hints.session
     )
     own_names = any(one.about in ("columns", "clock") for one in table.conclusions)
-    made = [*([] if own_names else _named(names, roles, choice)), *clock.conclusions, *_declared(chosen, clock)]
+    unit = beside_clock(chosen, hints.scale) or _declared(chosen, clock)
+    made = [*([] if own_names else _named(names, roles, choice)), *clock.conclusions, *unit]
     return FoundClock(rule, clock.t, clock.rows, chosen.positions, made)
 
 

@@ -1,7 +1,7 @@
 """Time stamps: which column is the clock, its unit, its start; stamps that repeat, step back or begin again."""
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -24,8 +24,11 @@ _MAX_RATE_ERROR = 0.25  # by which the rate of a guessed unit may differ from th
 _POOR = re.compile(
     r"unfilt|pred|server|recv|receiv|arriv|host|wall|utc|gps|raw|system|local|log|date|iso|packet|tick", re.I
 )
+_COMPUTER = re.compile(r"host|wall|system|recv|receiv|arriv", re.I)
 _FAST = 2e-3  # s; a shorter interval could as well be a slow one in a larger unit
 MIN_INTERVAL, _MAX_INTERVAL = 2.5e-5, 100.0  # s; no IMU is read at more than 40 kHz, nor less than once in 100 s
+_MIN_SPAN, _MAX_TICKS_ERROR = 2.0, 0.02  # s that show a rate; by which it may differ from a round one
+_ROUND_TICKS = [digit * 10.0**power for power in range(1, 8) for digit in (1.0, 2.0, 2.5, 5.0)] + [32768.0, 65536.0]
 _MIN_ROWS = 20  # rows below which nothing is repaired
 _STALE, _ALONE = 3, 100.0  # rows that may stand alone at the start; usual intervals between them and the others
 _MISSING_SHARE = 0.01  # of the rows, at most, that may lack a stamp and are left out
@@ -108,6 +111,52 @@ def _fraction(one: Candidate) -> float | None:
 
 def _whole(stamps: Column) -> bool:
     return bool(np.isfinite(stamps).all()) and bool((stamps == np.rint(stamps)).all())
+
+
+def with_ticks(candidates: Sequence[Candidate]) -> list[Candidate]:
+    """The candidates; a counter without unit gets that which a clock beside it shows, if its numbers contradict it.
+
+    The other clock has a unit, counts from a date, or is a computer's. Only its rate is taken,
+    since it may hold times of arrival.
+    """
+    known = [(one, factor) for one in candidates if (factor := _known_factor(one)) is not None]
+    return [
+        one if one.declared is not None or (scale := _ticks(one, known)) is None else one._replace(declared=scale)
+        for one in candidates
+    ]
+
+
+def _known_factor(one: Candidate) -> float | None:
+    """Seconds per number, by a unit or a date, or because a computer's clock counts no ticks; None: it is not known."""
+    if one.declared is not None:
+        return _factor(one)
+    if len(one.stamps) < _MIN_ROWS or not np.isfinite(one.stamps[[0, -1]]).all():
+        return None
+    factor = units.find_factor("time", guess_unit(one.stamps))
+    dated = factor is not None and _EPOCH[0] < float(one.stamps[0]) * factor < _EPOCH[1]
+    return factor if dated or _COMPUTER.search(one.name) else None
+
+
+def _ticks(one: Candidate, known: Sequence[tuple[Candidate, float]]) -> Scale | None:
+    """The unit of a counter by the clocks beside it; None if its guessed unit is theirs, or no round one fits."""
+    if _known_factor(one) is not None:
+        return None
+    guessed = units.find_factor("time", guess_unit(one.stamps)) or 1.0
+    for other, factor in known:
+        spans = [_span(stamps.stamps, len(one.stamps)) for stamps in (one, other)]
+        if spans[1] * factor < _MIN_SPAN or not spans[0] > 0.0:
+            continue
+        ticks = spans[0] / (spans[1] * factor)
+        near = min(_ROUND_TICKS, key=lambda round_: abs(np.log(ticks / round_)))
+        if abs(np.log(ticks * guessed)) > _MAX_RATE_ERROR and abs(ticks / near - 1.0) < _MAX_TICKS_ERROR:
+            return Scale(1.0, f"ticks of 1/{near:g} s", near)
+    return None
+
+
+def _span(stamps: Column, count: int) -> float:
+    """From the first stamp to the last one, of stamps that do not go back; 0 for others."""
+    ordered = len(stamps) == count > _MIN_ROWS and bool((stamps[1:] >= stamps[:-1]).all())
+    return float(stamps[-1] - stamps[0]) if ordered else 0.0
 
 
 def choose(candidates: Sequence[Candidate]) -> tuple[Candidate, list[Conclusion]]:
@@ -243,6 +292,14 @@ def _plausible(stamps: Column, declared: str, name: str, found: list[Conclusion]
     facts = {"declared": declared, "taken": other, "column": name, "step": step, "rate": 1.0 / (step * factor)}
     found.append(Conclusion("t.unit", "against_header", other, Basis.GUESS, facts, {"units": {"t": other}}))
     return other
+
+
+def beside_clock(one: Candidate, hints: Mapping[str, Scale]) -> list[Conclusion]:
+    """The conclusion that ``with_ticks`` found the unit of a clock."""
+    if not isinstance(one.declared, Scale) or "t" in hints:
+        return []
+    facts = {"column": one.name, "ticks": one.declared.divisor}
+    return [Conclusion("t.unit", "other_clock", one.declared.name, Basis.NUMBERS, facts)]
 
 
 def _infer_unit(stamps: Column, table: Table, name: str) -> tuple[Scale | str, Conclusion]:

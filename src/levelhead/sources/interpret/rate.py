@@ -11,6 +11,7 @@ from levelhead.sources.table import Column, stack
 
 ROUND_RATES = (10, 20, 25, 50, 100, 125, 200, 250, 400, 500, 1000)  # Hz
 USUAL_RATES = (10, 12.5, 20, 25, 50, 100, 104, 119, 125, 200, 208, 250, 400, 416, 500, 800, 1000)  # Hz
+_LOOP_RATE = 30.0  # Hz of loops that print
 # Counts per deg/s of an MPU-6050 as it comes, and with its motion firmware (DMP), ±2000 deg/s.
 USUAL_COUNTS = (PER_DEGREE, 16.4)
 
@@ -23,7 +24,8 @@ def guess_rate(roles: Roles, columns: Mapping[int, Column], factor: float | None
     if factor is None and _are_counts(roles, columns):
         for counts in USUAL_COUNTS:
             found = rate_of_turn(roles, columns, np.pi / 180.0 / counts)
-            if found is not None and _round_rates(found):
+            usual = counts == PER_DEGREE and abs(np.log(found / _LOOP_RATE)) < 0.1 if found is not None else False
+            if found is not None and (usual or _round_rates(found)):
                 return _nearest(found), f"{_turns(found)}, if these are raw counts, {counts:g} per deg/s"
     if factor is None and "acc" in roles.columns and are_thousandths(stack(columns, roles.columns["acc"])):
         factor = 1e-3  # beside m/s² times 1000

@@ -14,7 +14,7 @@ from levelhead.signals.gravity_direction import keeps_length_of_gravity
 from levelhead.sources.conclusion import Basis, Conclusion
 from levelhead.sources.hints import MEANING, Hints, NeedsHints, Scale, SuggestsCommand
 from levelhead.sources.interpret.accelerometer import lacks_gravity
-from levelhead.sources.interpret.clock_choice import Candidate, choose, join_seconds, seconds
+from levelhead.sources.interpret.clock_choice import Candidate, beside_clock, choose, join_seconds, seconds, with_ticks
 from levelhead.sources.interpret.roles import plain_name
 from levelhead.sources.join.division import divide
 from levelhead.sources.join.windows import unroll
@@ -334,7 +334,7 @@ def _clock(sensor: SensorColumns, hints: Hints, absolute: bool) -> tuple[SensorC
     clock = next(clock for option, clock in dated if option is best)
     stamps = np.rint(clock.t * NANO).astype(np.int64) + (0 if clock.t0 is None else round(clock.t0 * NANO))
     said = [conclusion for conclusion in clock.conclusions if conclusion.about != "t.start"]
-    return SensorClock(stamps, clock.rows, clock.t0 is not None), said
+    return SensorClock(stamps, clock.rows, clock.t0 is not None), [*said, *beside_clock(best, hints.scale)]
 
 
 def _clock_candidates(sensor: SensorColumns, hints: Hints) -> list[Candidate]:
@@ -355,7 +355,7 @@ def _clock_candidates(sensor: SensorColumns, hints: Hints) -> list[Candidate]:
         except LevelheadError:
             continue
         candidates.append(Candidate(table.names[i], columns[i], hints.scale.get("t") or unit))
-    return join_seconds(candidates) or [Candidate(table.names[times[0]], columns[times[0]], None)]
+    return with_ticks(join_seconds(candidates)) or [Candidate(table.names[times[0]], columns[times[0]], None)]
 
 
 def _align(

@@ -11,6 +11,7 @@ WORDS = {
         "gyroadc",
         "omega",
         "angvel",
+        "angvelocity",
         "angularvelocity",
         "angularrate",
         "angrate",
@@ -23,6 +24,7 @@ WORDS = {
         *(
             "drehrate",
             "winkelgeschwindigkeit",
+            "rotationsgeschwindigkeit",
             "gyroskop",
             "gyroscopio",
             "giroscopio",
@@ -171,7 +173,7 @@ TIMES |= {
     "waktu",
 }
 TIMES |= {"sampletime", "timeelapsed", "unixtime", "tow", "itow", "gpst", "datetime", "loggingtime", "uptime", "date"}
-TIMES |= {"utime", "cts", "sow", "gpsseconds", "gpssec", "offsettime"}
+TIMES |= {"tv", "utime", "cts", "sow", "gpsseconds", "gpssec", "offsettime"}
 NO_TIMES = {
     "delta",
     "dt",

@@ -19,19 +19,23 @@ _MONTH = re.compile(
 )
 _TIME = r"(\d\d?)[:](\d\d)[:](\d\d)(?:[.,:_](\d{1,9}))?\s*(AM|PM|am|pm)?"
 _MINUTES = re.compile(r"\s*\"?(\d\d?):(\d\d)\.(\d{1,9})\s*\"?\s*$")  # as spreadsheets shorten a clock time
+_CLOCK_FIRST = re.compile(r"\s*\"?(\d\d?:\d\d:\d\d(?:[.,]\d{1,9})?)\s+(\d\d?)[-/.](\d\d?)[-/.](?:20)?(\d\d)\s*\"?\s*$")
 _ZONE = r"(?:\s*(?:Z|UTC|GMT)?\s*[+-]?\d{0,2}:?\d{0,2})?"
 STAMP = re.compile(rf"\s*\"?(?:{_DATE}[T _,]*\s*)?{_TIME}{_ZONE}\s*\"?\s*$")
 
 
 def is_stamp(cell: str) -> bool:
     """Whether a cell is a date with a clock time, or a clock time."""
-    return ":" in cell and (
-        _MINUTES.match(cell) is not None or STAMP.match(cell) is not None or _MONTH.match(cell) is not None
-    )
+    return ":" in cell and (any(pattern.match(cell) is not None for pattern in (_MINUTES, STAMP, _MONTH, _CLOCK_FIRST)))
 
 
 def _in_digits(cell: str) -> str:
-    """A date with the name of its month, as MATLAB and C write it, in digits; any other text as it is."""
+    """A date with the name of its month, as MATLAB and C write it, or behind its clock time, in digits.
+
+    Any other text is given back as it is.
+    """
+    if last := _CLOCK_FIRST.match(cell):
+        return f"{last[2]}/{last[3]}/20{last[4]} {last[1]}"
     found = _MONTH.match(cell)
     if found is None:
         return cell

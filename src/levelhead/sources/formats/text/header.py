@@ -75,8 +75,16 @@ def looks_like_header(row: Sequence[str] | None, width: int, comma: bool) -> boo
         return False
     filled = [cell for cell in row if cell.strip()]
     words = sum(any(sign.isalpha() for sign in cell) for cell in filled)
-    numbers = sum(is_number(cell, comma) for cell in filled)
+    numbers = sum(is_number(cell, comma) for cell in filled) - 2 * len(_counted_axes(row))
     return words > 0 and numbers <= 0.2 * len(filled) and (width < 3 or len(filled) >= 2)
+
+
+def _counted_axes(row: Sequence[str]) -> list[int]:
+    """Where a name has "1" and "2" behind it, as its second and third axis: gopro-telemetry's tables."""
+    return [
+        i for i in range(len(row) - 2)
+        if row[i + 1 : i + 3] == ["1", "2"] and any(sign.isalpha() for sign in row[i])
+    ]  # fmt: skip
 
 
 def join_names(header: Sequence[Sequence[str]], width: int) -> list[str]:
@@ -95,7 +103,10 @@ def join_names(header: Sequence[Sequence[str]], width: int) -> list[str]:
             rows = rest
     width = max(map(len, rows))
     names = _add_groups(rows, width)
-    return [name + _unit_bracket(unit_row[i]) if i < len(unit_row) else name for i, name in enumerate(names)]
+    names = [name + _unit_bracket(unit_row[i]) if i < len(unit_row) else name for i, name in enumerate(names)]
+    for i in _counted_axes(names):
+        names[i : i + 3] = [f"{names[i]} {axis}" for axis in "xyz"]
+    return names
 
 
 def _add_groups(rows: Sequence[Sequence[str]], width: int) -> list[str]:

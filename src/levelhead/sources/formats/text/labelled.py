@@ -123,7 +123,7 @@ def looks_labelled(lines: Sequence[str]) -> bool:
 
 def _split(gap: str) -> tuple[str, str]:
     """(unit of the number before, name of the number behind) in what stands between two numbers."""
-    text = gap.rstrip(" \t([{\"'")
+    text = gap.rstrip(" \t([{\"',")
     marked = text[-1:] in ("=", ":")
     bracket = _UNIT_OF_NAME.search(text) if marked else _UNIT_BEHIND_NAME.search(gap)
     if bracket is not None and _leading_unit(bracket[bracket.lastindex or 1]) is not None:

@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from levelhead.sources.conclusion import Basis, Conclusion
 from levelhead.sources.formats.text.cells import cells, is_comment, is_number, lines_of
 from levelhead.sources.formats.text.dates import is_stamp, nanoseconds
 from levelhead.sources.formats.text.file import TextFile
@@ -30,6 +31,10 @@ _NUMBERED_KINDS = {
     "3": "accelerometer", "4": "gyroscope", "5": "magnetometer", "82": "linear acceleration", "83": "gravity",
 }  # fmt: skip
 _NUMBERED = re.compile(r"([A-Za-z][A-Za-z_. ]*)[\[(]?(\d)[\])]?")
+_FIELD, _BIAS = (
+    re.compile(r"(?i)uncal.*mag|mag.*uncal"),
+    re.compile(r"(?i)bias"),
+)  # x of Android is the field + its bias
 _MAX_TYPES = 80
 _MAX_KEY = 6  # columns among which the key stands
 _MIN_ROWS = 3  # of a type
@@ -205,12 +210,24 @@ def _kind_tables(file: TextFile, kind: str, rows: Sequence[Row], titles: Row | N
         titles = _titles(rows)
     titles = [title or f"column {i + 1}" for i, title in enumerate(_with_axes(titles))]
     arrays, units = _arrays(*_side_by_side(titles[:width], rows))
+    conclusions = _subtract_bias(arrays) if _FIELD.search(kind) else []
     tables = []
     for number, keep in _instances(arrays).items() if arrays else ():
         part = {name: column[keep] for name, column in arrays.items()}
         context = kind if number is None else f"{kind} {number}"
-        tables.append(ArrayTable(file.display_path, part, context=context, column_units=units))
+        tables.append(ArrayTable(file.display_path, part, context=context, column_units=units, conclusions=conclusions))
     return tables
+
+
+def _subtract_bias(arrays: dict[str, Column]) -> list[Conclusion]:
+    """Takes from a field the bias that the phone itself writes in the three columns behind it."""
+    names = list(arrays)
+    first = next((i for i, name in enumerate(names) if _BIAS.match(name)), 0)
+    if first < 3 or not all(_BIAS.match(name) for name in names[first : first + 3]) or len(names) < first + 3:
+        return []
+    for field, bias in zip(names[first - 3 : first], names[first : first + 3], strict=True):
+        arrays[field] = arrays[field].astype(np.float64) - arrays[bias]
+    return [Conclusion("mag.bias", "subtracted", tuple(names[first : first + 3]), Basis.HEADER)]
 
 
 def _of_usual_width(rows: Sequence[Row]) -> list[Row]:

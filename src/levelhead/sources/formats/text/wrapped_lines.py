@@ -10,7 +10,7 @@ from levelhead import units
 from levelhead.errors import LevelheadError
 from levelhead.sources.formats.text.cells import is_number, lines_of
 from levelhead.sources.formats.text.file import TextFile
-from levelhead.sources.formats.text.labelled import looks_labelled
+from levelhead.sources.formats.text.labelled import looks_labelled, parse
 from levelhead.sources.names.column_name import understand
 
 _SAMPLE_LINES = 200
@@ -22,7 +22,8 @@ _MIN_UNITS = 6  # cells of a line that hold a unit
 _ARROW = re.compile(r"^\s*\[?(?:\d{4}-\d\d-\d\d[ T])?(\d\d?:\d\d:\d\d[.,]\d+)\]?\s*(?:->|>)\s?(.*)$")
 _CLOCK = r"(?:\d{4}-\d\d-\d\d[ T])?(\d\d?:\d\d:\d\d[.,]\d+)"
 _LOGGER = re.compile(rf"^\s*{_CLOCK}(?:\s*[-|]\s*[A-Za-z_][\w.: ]*?)+\s*[-|:]\s*(.*)$")  # Python's logging, loguru
-_BRACKETED = re.compile(rf"^\s*\[{_CLOCK}\]\s*(.*)$")
+_BRACKETED = re.compile(rf"^\s*\[{_CLOCK}\]:?\s*(.*)$")
+_COLOUR = re.compile(r"\x1b\[[\d;]*m")  # of a terminal
 _ESP = re.compile(r"^\s*[VDIWE] \((\d+)\) [^:]*: (.*)$")  # ESP-IDF: the level, ms since the start, a tag
 _COUNTED = re.compile(r"^\s*(?:\[[A-Z]+\]\s*)?\[\s*(\d+\.\d+)\]:?\s*(.*)$")  # "[12.345] …", "[INFO] [1683203415.25]: …"
 _TAGGED = re.compile(
@@ -62,9 +63,11 @@ _OBJECT = re.compile(
 )
 _MARK = "\1"
 _KEY = re.compile(r"[\"']\w+[\"']\s*:")
+_ROW_TIME = {"time": "time_s", "time_ms": "time_ms"}  # a clock time is counted in s where each number has a name
 _AXES = {1: ("",), 3: ("_x", "_y", "_z")}
 _CELL = r"\s*\"?[-+]?\d+(?:\.\d+)?(?:[eE][-+]?\d+)?\s*[a-zA-Zµ°][\w/^²°.]*\"?\s*"
 _MEASURED = re.compile(rf"(?:[,;\t]|^){_CELL}[,;\t]{_CELL}[,;\t]{_CELL}(?:[,;\t]|$)")
+_WORD = re.compile(r"(?<![\w/])([A-Za-z]\w*)[ \t]+(?=[-+]?\.?\d)")  # accel 0.1 0.2 9.8
 _PARTS = re.compile(r"\s*\"?([-+]?\d+(?:\.\d+)?(?:[eE][-+]?\d+)?)\s*([a-zA-Zµ°][\w/^²°.]*)\"?\s*$")
 
 
@@ -94,10 +97,23 @@ def unwrap(text: str) -> str | None:
     sample = lines[:_SAMPLE_LINES]
     if sum(line.count('"') % 2 for line in sample) > _MIN_OPEN * len(sample):
         return _without_breaks(lines)
+    if sample[0].lstrip() == sample[0] and sum(line[0] in " \t" for line in sample) > _MIN_OPEN * len(sample):
+        lines, sample = _with_continuations(lines), _with_continuations(sample)
     for wrapping in _WRAPPINGS:
         if sum(wrapping.pattern.search(line) is not None for line in sample) > _MIN_SHARE * len(sample):
             return wrapping.unwrap(lines)
     return None
+
+
+def _with_continuations(lines: Sequence[str]) -> list[str]:
+    """A line for each that is not indented, those below it joined to it: Zephyr's sensors."""
+    made: list[str] = []
+    for line in lines:
+        if made and line[0] in " \t":
+            made[-1] += f" {line.strip()}"
+        else:
+            made.append(line.rstrip())
+    return made
 
 
 def _without_breaks(lines: Sequence[str]) -> str | None:
@@ -118,13 +134,25 @@ def _with_commas(lines: Sequence[str]) -> str | None:
     return "\n".join(re.sub(r"\s*[;|]\s*", ",", line.strip().rstrip(";|,")) for line in lines)
 
 
+def _without_colours(lines: Sequence[str]) -> str | None:
+    """What a terminal shows in colours."""
+    return "\n".join(_COLOUR.sub("", line) for line in lines)
+
+
 def _without_clock(lines: Sequence[str], pattern: re.Pattern[str]) -> str | None:
     """The serial monitor of the Arduino IDE with time stamps, "12:30:15.250 -> 0.1,0.2", and what loggers write."""
-    found = [match.groups() for line in lines if (match := pattern.match(line))]
+    found = [(match[1], match[2]) for line in lines if (match := pattern.match(line))]
     name = "time_ms" if pattern is _ESP else "time"
+    if not looks_labelled([rest for _, rest in found[1:40]]):
+        marked = [(clock, _WORD.sub(r"\1: ", rest)) for clock, rest in found]
+        found = marked if looks_labelled([rest for _, rest in marked[1:40]]) else found
+    if found[-1][1].startswith("{"):
+        objects = [(clock, rest.strip()[1:]) for clock, rest in found if rest.startswith("{")]
+        return "\n".join(f'{{"{_ROW_TIME[name]}": {_count(clock)}, {rest}' for clock, rest in objects)
     if looks_labelled([rest for _, rest in found[1:40]]):
-        name = "time_ms" if pattern is _ESP else "time_s"
-        return "\n".join(f"{name}: {_count(clock)} {_AROUND.sub(' ', rest)}" for clock, rest in found)
+        return "\n".join(
+            f"{_ROW_TIME[name]}: {_count(clock)} {_AROUND.sub(' ', rest)}" for clock, rest in found if parse(rest)
+        )
     plain = []
     for clock, rest in found:
         delimiter = next((sign for sign in "\t;," if sign in rest), " ")
@@ -318,6 +346,7 @@ class Wrapping(NamedTuple):
 # In this order because later patterns match lines of earlier ones too: a logger's clock stands before any sentence, and
 # a sentence of a known maker is a sentence with a checksum.
 _WRAPPINGS = (
+    Wrapping(_COLOUR, _without_colours),
     *(
         Wrapping(pattern, partial(_without_clock, pattern=pattern))
         for pattern in (_ARROW, _BRACKETED, _LOGGER, _ESP, _COUNTED)

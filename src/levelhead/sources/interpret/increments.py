@@ -1,0 +1,96 @@
+"""Angles and velocities gained since the row before, as strapdown firmware logs them: rates and forces by division."""
+
+import re
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import numpy as np
+
+from levelhead import units
+from levelhead.recording import Array, median
+from levelhead.sources.conclusion import Basis, Conclusion
+from levelhead.sources.interpret.clock_choice import guess_unit
+from levelhead.sources.names.column_name import understand
+from levelhead.sources.table import ArrayTable, Column, Table, in_memory, words_of
+
+_AXIS = r"[ _.\[]?([0-2xyz])\]?"
+_GAINED = {  # PX4's vehicle_imu, ArduPilot's IMT, VectorNav and MicroStrain
+    "gyr": re.compile(rf"(?:delta_?angle|delta_?theta|d_?ang|d_?theta|del_?a){_AXIS}", re.IGNORECASE),
+    "acc": re.compile(rf"(?:delta_?velocity|delta_?vel|d_?vel|del_?v){_AXIS}", re.IGNORECASE),
+}
+_OWN_INTERVAL = {"gyr": re.compile(r"(?i)delta_?angle_?dt|delat"), "acc": re.compile(r"(?i)delta_?velocity_?dt|delvt")}
+_INTERVAL = re.compile(r"(?i)dt|delta_?t(?:ime)?|delt")
+_SI = re.compile(r"(?i)delta_?angle_?dt|delat")  # PX4 and ArduPilot: rad and m/s
+_UNIT = {"gyr": "rad/s", "acc": "m/s²"}
+_USUAL_INTERVAL = 0.01  # s, where no clock shows the unit of an interval
+
+
+class _Clock(NamedTuple):
+    """The column of time, and its usual step in s; without one None and ``_USUAL_INTERVAL``."""
+
+    stamps: Array | None
+    step: float
+
+
+def rates_of_increments(table: Table) -> ArrayTable | None:
+    """The table with a gyroscope and an accelerometer in place of increments; None where it has not both of them."""
+    found = {role: _axes(table, pattern) for role, pattern in _GAINED.items()}
+    if any(len(axes) != 3 for axes in found.values()):
+        return None
+    if any(understand(name).role in ("gyr", "acc") for name in table.names):
+        return None
+    columns = table.read(list(range(len(table.names)))) if not words_of(table) else None
+    if columns is None:
+        return None
+    clock = _clock(table, columns)
+    declared = any(_SI.fullmatch(name.strip()) for name in table.names)
+    rates: dict[str, Column] = {}
+    steps = {}
+    for role, positions in found.items():
+        interval = _interval(table, role, columns, clock)
+        steps[role] = median(interval)
+        if not steps[role] > 0.0:
+            return None
+        for axis, i in zip("xyz", positions, strict=True):
+            title = f"{role}_{axis} [{_UNIT[role]}]" if declared else f"{role}_{axis}"
+            rates[title] = np.where(interval > 0.0, columns[i] / interval, np.nan)
+    facts = {"columns": ", ".join(table.names[found[role][0]] for role in found), "step": steps["gyr"]}
+    rest = in_memory(table, "")
+    gained = {table.names[i] for positions in found.values() for i in positions}
+    kept = {name: column for name, column in rest.arrays.items() if name not in gained}
+    conclusion = Conclusion("columns", "increments", list(rates), Basis.HEADER, facts)
+    return ArrayTable(
+        table.source, {**kept, **rates}, rate=table.rate, conclusions=[*table.conclusions, conclusion],
+        context=table.context, origin=[*table.origin, *table.names],
+    )  # fmt: skip
+
+
+def _axes(table: Table, pattern: re.Pattern[str]) -> list[int]:
+    """The positions of three increments, in the order of their axes."""
+    axes = {match[1].lower(): i for i, name in enumerate(table.names) if (match := pattern.fullmatch(name.strip()))}
+    return [axes[axis] for axis in sorted(axes)] if sorted(axes) in (list("xyz"), list("012")) else []
+
+
+def _clock(table: Table, columns: Mapping[int, Column]) -> _Clock:
+    for i, name in enumerate(table.names):
+        known = understand(name)
+        if known.role != "t" or _INTERVAL.fullmatch(name.strip()) or len(columns[i]) < 2:
+            continue
+        step = median(np.diff(columns[i]))
+        if step > 0.0:
+            factor = units.factor("time", guess_unit(columns[i]))
+            return _Clock(columns[i].astype(np.float64) * factor, step * factor)
+    return _Clock(None, _USUAL_INTERVAL)
+
+
+def _interval(table: Table, role: str, columns: Mapping[int, Column], clock: _Clock) -> Array:
+    """(n,) s over which each row gained; its unit is the one nearest to the step of the clock."""
+    for pattern in (_OWN_INTERVAL[role], _INTERVAL):
+        for i, name in enumerate(table.names):
+            if pattern.fullmatch(name.strip()) and (usual := median(columns[i])) > 0.0:
+                factors = (1.0, 1e-3, 1e-6, 1e-9)
+                factor = min(factors, key=lambda one: abs(np.log(usual * one / clock.step)))
+                return columns[i].astype(np.float64) * factor
+    if clock.stamps is None:
+        return np.zeros(len(next(iter(columns.values()))))
+    return np.full(len(clock.stamps), clock.step)
