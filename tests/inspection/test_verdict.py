@@ -1,9 +1,14 @@
 """What a log is expected to be good for: from σ, without the reference."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
-from levelhead.inspection.verdict import _drift
+import levelhead as lh
+from levelhead.cli import main
+from levelhead.inspection import examine
+from levelhead.inspection.verdict import Expectation, _drift, verdict
 
 
 def test_heading_drifts_from_where_its_sigma_is_least():
@@ -12,3 +17,30 @@ def test_heading_drifts_from_where_its_sigma_is_least():
     sigma = np.where(t < 10.0, 40.0 - 3.5 * t, np.sqrt(25.0 + 144.0 * (t - 10.0) / 120.0))
     assert _drift(t, sigma) == pytest.approx(6.0, rel=1e-6)
     assert _drift(t[100:], sigma[100:]) == pytest.approx(6.0, rel=1e-6)
+
+
+def test_a_drift_that_would_be_written_as_0_is_not_said() -> None:
+    recording = lh.simulate.recording("MPU-6050", "hand", duration=2.0, seed=1)
+    words = verdict(recording, [], Expectation(0.4, None, 0.01))
+    assert words == "good for tilt to 0.4°, heading is relative: no magnetometer"
+    assert "drift about 3° a minute" in verdict(recording, [], Expectation(0.4, None, 3.0))
+
+
+def test_one_file_with_two_columns_of_time_has_no_merged_clocks(tmp_path: Path) -> None:
+    made = lh.simulate.recording("MPU-6050", "hand", duration=20.0, seed=1)
+    late = np.sort(made.t + np.random.default_rng(1).uniform(0.0, 0.02, len(made.t)))
+    head = "time_s,received_time_s," + ",".join(f"{name}_{axis}" for name in ("gyr", "acc") for axis in "xyz")
+    np.savetxt(tmp_path / "log.csv", np.column_stack([made.t, late, made.gyr, made.acc]), "%.6f", ",", "\n", head,
+               comments="")  # fmt: skip
+    found = examine(lh.read(tmp_path / "log.csv")).findings
+    clocks = [one.what for one in found if one.name == "several_clocks"]
+    assert clocks == ["of several columns with time one was taken"]
+
+
+def test_a_log_that_is_not_read_gets_its_message_once(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    log = tmp_path / "field.csv"
+    log.write_text("t,mag_x,mag_y,mag_z\n" + "".join(f"{i / 100},{i % 7},{i % 5},40\n" for i in range(300)))
+    for verb in ("doctor", "fuse"):
+        assert main([verb, str(log)]) == 2
+        shown = capsys.readouterr()
+        assert (shown.out + shown.err).count("there is no gyroscope") == 1
