@@ -94,17 +94,16 @@ def look(role: str, seg: Segments) -> Seen:
     nothing = fit(seg, np.zeros((3, 3)), NONE).left
     judged = screen(seg)
     usual = next((share for share, one in judged if np.allclose(one / np.abs(one).max(), IDENTITY)), 1.0)
-    starts = [one for share, one in judged[:CANDIDATES] if share <= usual]
-    best = fit(seg, IDENTITY, IDENTITY[None])
-    for start in starts:
-        scale = float(np.abs(start).max())
-        wiring = start / scale
-        if np.allclose(wiring, IDENTITY) and 0.7 < scale < 1.4:
-            continue
-        one = fit(seg, start, wiring[None])
-        if one.left < BASINS * best.left:
-            best = one
-    whole = fit(seg, best.matrix, ALL_NINE, near=best)
+    starts = [one for share, one in judged[:CANDIDATES] if share <= usual and not _is_usual(one)]
+    if starts:
+        best = fit(seg, IDENTITY, IDENTITY[None])
+        for start in starts:
+            one = fit(seg, start, start[None] / np.abs(start).max())
+            if one.left < BASINS * best.left:
+                best = one
+        whole = fit(seg, best.matrix, ALL_NINE, near=best)
+    else:
+        whole = fit(seg, IDENTITY)
     whole, filtered = _without_delay(seg, whole, 1.0)
     contrast = nothing / max(whole.left, 1e-9)
     floor = FLOOR + FOLLOWS[role] / max(contrast**2 - 1.0, 1e-3)  # what is left over what the turn explains
@@ -113,10 +112,18 @@ def look(role: str, seg: Segments) -> Seen:
     return Seen(role, whole, weight, contrast, filtered, seg)
 
 
+def _is_usual(start: Array) -> bool:
+    """Whether a wiring with its scale leads to the same fit as the readings as they are."""
+    scale = float(np.abs(start).max())
+    return bool(np.allclose(start / scale, IDENTITY)) and 0.7 < scale < 1.4
+
+
 def settle(seen: Seen, fault: "Hypothesis | None") -> Seen:
     """Fitted again near the M that the fault explains, so that the rest (delay, bias, iron) is known better."""
     matrix = IDENTITY if fault is None else seen.fit.matrix
-    whole, filtered = _without_delay(seen.segments, fit(seen.segments, matrix, ALL_NINE, SETTLED), SETTLED)
+    whole, filtered = _without_delay(
+        seen.segments, fit(seen.segments, matrix, ALL_NINE, SETTLED, near=seen.fit), SETTLED
+    )
     return seen._replace(fit=whole, filtered=filtered)
 
 

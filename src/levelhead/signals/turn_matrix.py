@@ -177,54 +177,61 @@ def integrate_rotation(rate: Array, step: Array) -> Array:
 
     A sample is a mean over its step T, and so must the rotation be: with rates that change linearly over three samples
     the mean angle from the step's start is ω T/2 − (ω₊ − ω₋) T/24.
-    Products of quaternions, doubled in length each time (W. D. Hillis, G. L. Steele, Data parallel algorithms, 1986).
+    Products of quaternions, doubled in length each time within a run of samples and then over the runs (W. D. Hillis,
+    G. L. Steele, Data parallel algorithms, 1986).
     """
     angle = np.moveaxis(rate * step[..., None], -1, 0)
     change = np.zeros_like(angle)
     change[:, 1:-1] = angle[:, 2:] - angle[:, :-2]
-    mid, total = _quaternion(0.5 * angle - change / 24.0), _quaternion(angle)
+    mid, each = _quaternion(0.5 * angle - change / 24.0), _quaternion(angle)
+    k, m = step.shape
+    runs = -(-k // RUN)
+    total = np.zeros((2, runs * RUN, m), complex)
+    total[0] = 1.0
+    total[:, 1:k] = each[:, :-1]  # the rotation before each sample
+    total = _running_product(total.reshape(2, runs, RUN, m), 2)
+    before = np.zeros((2, runs, 1, m), complex)
+    before[0] = 1.0
+    before[:, 1:] = _running_product(total[:, :, -1:].copy(), 1)[:, :-1]
+    whole = _product(before, total).reshape(2, runs * RUN, m)[:, :k]
+    a, b = _product(whole, mid)
+    w, x, y, z = a.real, a.imag, b.real, b.imag
+    made = np.empty((k, m, 3, 3))
+    xx, yy, zz = 2.0 * x * x, 2.0 * y * y, 2.0 * z * z
+    made[..., 0, 0], made[..., 1, 1], made[..., 2, 2] = 1.0 - (yy + zz), 1.0 - (xx + zz), 1.0 - (xx + yy)
+    for i, j, both, other in ((0, 1, x * y, w * z), (2, 0, x * z, w * y), (1, 2, y * z, w * x)):
+        made[..., j, i], made[..., i, j] = 2.0 * (both + other), 2.0 * (both - other)
+    return made
+
+
+RUN = 16  # samples whose rotations are multiplied before those of runs
+Pairs = NDArray[np.complex128]
+
+
+def _quaternion(vector: Array) -> Pairs:
+    """(2, …) quaternions of (3, …) rotation vectors, each as the pair (w + x i, y + z i) of Cayley and Dickson."""
+    half = 0.5 * vector
+    norm = np.sqrt((half * half).sum(axis=0))
+    x, y, z = np.sinc(norm / np.pi) * half
+    made = np.empty((2, *norm.shape), complex)
+    made.real, made.imag = (np.cos(norm), y), (x, z)
+    return made
+
+
+def _product(p: Pairs, q: Pairs) -> Pairs:
+    """Hamilton's product of quaternions as pairs: (a + b j)(c + d j) = a c − b d* + (a d + b c*) j."""
+    (a, b), (c, d) = p, q
+    return np.stack([a * c - b * d.conj(), a * d + b * c.conj()])
+
+
+def _running_product(each: Pairs, axis: int) -> Pairs:
+    """Products of all up to each one along an axis, in place."""
+    total = np.moveaxis(each, axis, 1)
     reach = 1
     while reach < total.shape[1]:
         total[:, reach:] = _product(total[:, :-reach], total[:, reach:])
         reach *= 2
-    before = np.concatenate([np.broadcast_to(_ONE, (4, 1, total.shape[2])), total[:, :-1]], axis=1)
-    w, x, y, z = _product(before, mid)
-    made: Array = np.array([
-        [1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y)],
-        [2.0 * (x * y + w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - w * x)],
-        [2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y)],
-    ])  # fmt: skip
-    return np.ascontiguousarray(made.transpose(2, 3, 0, 1))
-
-
-def _cross(a: Array, b: Array) -> Array:
-    """a × b of (…, 3) vectors; several times as fast as NumPy's, and as products of small matrices."""
-    made = np.empty(np.broadcast_shapes(a.shape, b.shape))
-    for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
-        made[..., i] = a[..., j] * b[..., k] - a[..., k] * b[..., j]
-    return made
-
-
-def _quaternion(vector: Array) -> Array:
-    """(4, …) quaternions of (3, …) rotation vectors."""
-    half = 0.5 * vector
-    norm = np.sqrt((half * half).sum(axis=0))
-    made: Array = np.concatenate([np.cos(norm)[None], np.sinc(norm / np.pi) * half])
-    return made
-
-
-_ONE: Array = np.array([1.0, 0.0, 0.0, 0.0])[:, None, None]
-
-
-def _product(p: Array, q: Array) -> Array:
-    """Hamilton's product of (4, …) quaternions."""
-    a, b, c, d = p
-    e, f, g, h = q
-    made: Array = np.stack([
-        a * e - b * f - c * g - d * h, a * f + b * e + c * h - d * g,
-        a * g - b * h + c * e + d * f, a * h + b * g - c * f + d * e,
-    ])  # fmt: skip
-    return made
+    return each
 
 
 def _without_trend(values: Array, line: bool) -> Array:
@@ -286,16 +293,24 @@ def _blocks(values: Array) -> Array:
 
 def _normal(seg: Segments, state: _State, basis: Array) -> tuple[Array, Array]:
     """Gradient (m, p + 3 + q) and curvature, squared, of half the cost of each segment; q numbers are in ``more``."""
-    k, m = seg.step.shape
-    p = len(basis)
-    moved = np.zeros((k, m, p + 3, 3))
-    for i, direction in enumerate(basis):
-        rate = seg.rate @ direction.T
-        for axis in np.flatnonzero(direction.any(axis=1)):
-            moved[:, :, i] += state.rotation[..., axis] * rate[..., axis, None]
-    moved[:, :, p:] = state.rotation.swapaxes(-1, -2)
-    change = _cross(np.cumsum(moved * seg.step[:, :, None, None], axis=0), state.turned[:, :, None])
-    change = _totals(change * seg.step[:, :, None, None]) if seg.is_force else _blocks(change)
+    m, p = seg.step.shape[1], len(basis)
+    edges = _edges(len(seg.step))
+    # One number at a time with the samples last: what is summed is contiguous, and stays in the processor's cache
+    rotation = np.ascontiguousarray(state.rotation.transpose(3, 2, 1, 0))
+    step = np.ascontiguousarray(seg.step.T)
+    rate = seg.rate.transpose(2, 1, 0) * step
+    x, y, z = state.turned.transpose(2, 1, 0) * (step if seg.is_force else 1.0)
+    change = np.empty((p + 3, 3, m, BLOCKS))
+    for i in range(p + 3):
+        if i < p:
+            moved = sum(basis[i, a, j] * rate[j] * rotation[a] for a, j in np.argwhere(basis[i]))
+        else:
+            moved = step * rotation[i - p]
+        a, b, c = np.cumsum(moved, axis=-1)
+        for axis, crossed in enumerate((b * z - c * y, c * x - a * z, a * y - b * x)):
+            change[i, axis] = np.add.reduceat(crossed, edges[:-1], axis=-1)
+    change = np.cumsum(change, axis=-1) if seg.is_force else change / np.diff(edges)
+    change = change.transpose(3, 2, 0, 1)
     change = _without_trend(change, seg.is_force)
     change = np.concatenate([change, -state.more.swapaxes(-1, -2)], axis=2)
     flat = change.transpose(1, 2, 0, 3).reshape(m, p + 3 + state.more.shape[-1], -1)
