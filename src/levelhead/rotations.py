@@ -139,6 +139,14 @@ def from_rotvec(vector: Array) -> Array:
     return quat
 
 
+def from_angles(roll: Array, pitch: Array, yaw: Array) -> Array:
+    """(n, 4) quaternions wxyz of angles in rad, (n,) each, that turn about z, then y, then x."""
+    about = [np.zeros((len(roll), 3)) for _ in range(3)]
+    for axis, angle in enumerate((roll, pitch, yaw)):
+        about[axis][:, axis] = angle
+    return product(*(from_rotvec(one) for one in reversed(about)))
+
+
 def from_matrix(rotation: Array) -> Array:
     """(4,) quaternion of a rotation matrix (3, 3)."""
     return np.array(quat_kernels.from_matrix(Mat3(*np.ravel(rotation).tolist())))

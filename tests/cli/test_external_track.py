@@ -63,3 +63,19 @@ def test_a_log_without_truth_gets_its_table_and_a_line_instead_of_the_picture(le
     said = levelhead("compare", logs / "plain.csv", "-f", "EKF", "-f", "Madgwick", "-o", tmp_path / "new")
     assert said.code == 0 and "Madgwick" in said.out and "no picture: the four panels need" in said.out
     assert not (tmp_path / "new").exists()
+
+
+@pytest.mark.slow
+def test_one_angle_of_a_board(levelhead, refused, log, tmp_path):
+    names, *rows = log.read_text().splitlines()
+    values = np.array([[float(cell) for cell in row.split(",")] for row in rows])
+    truth = Rotation.from_quat(values[:, 10:14], scalar_first=True)
+    roll = np.degrees(np.unwrap(truth.as_euler("ZYX")[:, 2])) + 2.0
+    path = tmp_path / "axis.csv"
+    np.savetxt(path, np.column_stack([values, (roll + 180.0) % 360.0 - 180.0]), "%.9g", ",",
+               header=f"{names},board_roll", comments="")  # fmt: skip
+    words = ("compare", path, *HINTS, "-f", "Complementary", "--track")
+    score = levelhead(*words, "column:board_roll", "--json").json["filters"][1]["score"]
+    assert score["total"] == pytest.approx(2.0, abs=1e-3)
+    assert "did you mean 'board_roll'?" in refused(*words, "column:bord_roll")
+    assert "must have roll, pitch or yaw in its name" in refused(*words, "column:gyr_x")

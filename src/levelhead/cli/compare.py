@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from levelhead.recording import Recording
     from levelhead.track import Track
 
+COLUMN = "column:"  # in front of the name of a column that holds one angle
 LEAST_OVERLAP = 0.1  # of a recording; an orientation that covers less of it is on another clock
 
 
@@ -52,7 +53,8 @@ def compare(
             metavar="NAME",
             help="Also the orientation in the log's quaternion columns NAME, such as a vendor's own: ahrs_q for "
             "ahrs_qw … ahrs_qz, q for q0 … q3, an array (n, 4), or four names with commas. Order, inverse and NED are "
-            "found and printed. May be given several times.",
+            "found and printed. column:NAME is one angle, such as column:board_roll: roll, pitch or yaw, in degrees or "
+            "with rad in its name. May be given several times.",
         ),
     ] = (),
     tuned: FromFile = None,
@@ -85,15 +87,18 @@ def compare(
         require_writable(out)
     recording = log_or_simulation(log, simulate, seed, reading, calibration)
     from levelhead.evaluate import compare as run
+    from levelhead.evaluate.external_track import Angle
     from levelhead.publish.progress import progress
     from levelhead.publish.terminal_table import print_table
     from levelhead.sources import attitudes
 
     own = {} if log is None else attitudes(log)
     tracks = {name: one for name, one in own.items() if _overlap(one, recording) > LEAST_OVERLAP}
-    tracks |= {name: reading.orientation(log, name) for name in column_names(track)}
+    names = column_names(track)
+    tracks |= {name: reading.orientation(log, name) for name in names if not name.startswith(COLUMN)}
+    angles = {name: Angle(*reading.angle(log, name.removeprefix(COLUMN))) for name in names if name.startswith(COLUMN)}
     with progress("comparing") as report:
-        comparison = run(recording, chosen, tracks=tracks, guard=before, progress=report)
+        comparison = run(recording, chosen, tracks=tracks, angles=angles, guard=before, progress=report)
     picture = None
     if out is not None and recording.truth is not None and can_draw():
         from levelhead.publish.plots import lesson_picture

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from levelhead.bench.methods import Method
     from levelhead.calibration import Calibration
     from levelhead.parameter_file import ParameterFile
-    from levelhead.recording import Recording
+    from levelhead.recording import Array, Recording
     from levelhead.sources.hints import NeedsHints
     from levelhead.sources.interpretation import Interpretation
     from levelhead.track import Track
@@ -95,12 +95,25 @@ class Reading:
 
     def orientation(self, log: Path | None, column: str) -> "Track":
         """The orientation in quaternion columns of the log, with these hints."""
-        from levelhead.sources import orientation, parse_counts, parse_map, parse_units
+        from levelhead.sources import orientation
 
-        if log is None:
-            raise LevelheadError(f"--track {column} names a column of a log; a simulation has none")
-        columns, units, counts = parse_map(self.map), parse_units(self.units), parse_counts(self.counts)
-        return orientation(log, column, map=columns, units=units, counts=counts, rate=self.rate)
+        return orientation(_of_log(log, column), column, **self._clock_hints())
+
+    def angle(self, log: Path | None, column: str) -> "tuple[str, Array, Array]":
+        """Name, stamps and values of one angle in a column of the log, with these hints."""
+        from levelhead.sources import angle
+
+        return angle(_of_log(log, column), column, **self._clock_hints())
+
+    def _clock_hints(self) -> JsonObject:
+        """The hints that a column beside the sensors shares with them."""
+        return {name: value for name, value in self.hints().items() if name not in ("sensor", "session")}
+
+
+def _of_log(log: Path | None, column: str) -> Path:
+    if log is None:
+        raise LevelheadError(f"--track {column} names a column of a log; a simulation has none")
+    return log
 
 
 def column_names(words: Sequence[str]) -> list[str]:

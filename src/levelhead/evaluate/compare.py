@@ -12,7 +12,7 @@ from levelhead.engine.binding import choose_engine
 from levelhead.engine.native import has_imu
 from levelhead.errors import LevelheadError
 from levelhead.evaluate.attitude_error import error_quaternion, split_error
-from levelhead.evaluate.external_track import ExternalTrack, align_external
+from levelhead.evaluate.external_track import Angle, ExternalTrack, align_external, with_angle
 from levelhead.evaluate.score import Score, evaluate, rms
 from levelhead.evaluate.text_table import Cell, Column, plain_table
 from levelhead.filters import default, of, resolve
@@ -195,6 +195,7 @@ def compare(
     filters: Sequence[FilterChoice],
     *,
     tracks: Mapping[str, Track] | None = None,
+    angles: Mapping[str, Angle] | None = None,
     guard: Guard | None = DEFAULT_GUARD,
     engine: str = "auto",
     progress: Progress | None = None,
@@ -206,12 +207,14 @@ def compare(
         filters: Params objects, Params classes or names.
         tracks: name to an orientation from elsewhere, in any convention and at any rate; how it was made to match
             is in ``Comparison.notes`` (see ``align``).
+        angles: name to one angle from elsewhere. The other two angles are those of the truth, or without truth of the
+            reference, so that the errors are those of this angle.
         guard: as for ``fuse``; the same for all.
         engine: as for ``fuse``.
         progress: called with the fraction done, 0 to 1.
     """
     chosen = [resolve(choice) for choice in filters]
-    if not chosen and not tracks:
+    if not chosen and not tracks and not angles:
         raise LevelheadError("there is no filter to compare; expected at least one")
     # At once: importing Numba on the way must not change the choice.
     guarded = guard is not None
@@ -229,7 +232,10 @@ def compare(
         report(1.0)
     reference = _reference([track for track, _, _ in found])
     rows = [Row(track, score, ns, _difference(track, reference or track)) for track, score, ns in found]
-    for other in align_external(recording, tracks or {}, reference):
+    others = dict(tracks or {}) | {
+        name: with_angle(recording, reference, angle) for name, angle in (angles or {}).items()
+    }
+    for other in align_external(recording, others, reference):
         score = None
         if recording.truth is not None:
             score = evaluate(recording, other.track, relative=other.relative, partial=True)

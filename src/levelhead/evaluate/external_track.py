@@ -11,7 +11,8 @@ from levelhead.evaluate.align import Alignment, align
 from levelhead.evaluate.align.result import format_angle
 from levelhead.evaluate.align.series import OrientationSeries
 from levelhead.evaluate.score import absolute_heading
-from levelhead.recording import Recording
+from levelhead.recording import Array, Recording
+from levelhead.rotations import from_angles
 from levelhead.track import Track
 
 MAX_SHIFT = 1.0  # s, the longest delay that is looked for
@@ -49,6 +50,46 @@ class ExternalTrack(NamedTuple):
         return " ".join([text, *found.ambiguities])
 
 
+class Angle(NamedTuple):
+    """One angle of an orientation, as a board with a filter of one axis has it.
+
+    Attributes:
+        name: "roll", "pitch" or "yaw", as in ``Track.euler``.
+        t: s, (n,).
+        value: rad, (n,); NaN: unknown.
+    """
+
+    name: str
+    t: Array
+    value: Array
+
+
+def with_angle(recording: Recording, first: Track | None, angle: Angle) -> Track:
+    """The truth, or without truth the ``first`` filter's track, with one of its angles replaced.
+
+    Raises:
+        LevelheadError: neither of the two is there.
+    """
+    whole = _reference(recording, first)
+    angles = Track(recording.t, whole).euler(degrees=False)
+    known = np.isfinite(angle.value)
+    turn = np.interp(recording.t, angle.t[known], np.unwrap(angle.value[known]), left=float("nan"), right=float("nan"))
+    angles[:, ("roll", "pitch", "yaw").index(angle.name)] = turn
+    return Track(recording.t, from_angles(*angles.T))
+
+
+def _reference(recording: Recording, first: Track | None) -> Array:
+    """(n, 4) of the truth, or without truth of the ``first`` filter."""
+    if recording.truth is not None:
+        return recording.truth.quat
+    if first is None:
+        raise LevelheadError(
+            "without a true orientation a track is compared with a filter (the default, where it is "
+            "among them); expected at least one"
+        )
+    return first.quat
+
+
 def align_external(recording: Recording, tracks: Mapping[str, Track], first: Track | None) -> list[ExternalTrack]:
     """Tracks of any convention, read in the one that fits the truth, or without truth the ``first`` filter.
 
@@ -58,17 +99,11 @@ def align_external(recording: Recording, tracks: Mapping[str, Track], first: Tra
     Raises:
         LevelheadError: a track that shares too little time with the recording, or nothing to hold it against.
     """
-    if recording.truth is None and first is None:
-        raise LevelheadError(
-            "without a true orientation a track is compared with a filter (the default, where it is "
-            "among them); expected at least one"
-        )
     return [_align_one(recording, name, track, first) for name, track in tracks.items()]
 
 
 def _align_one(recording: Recording, name: str, track: Track, first: Track | None) -> ExternalTrack:
-    reference = recording.truth.quat if recording.truth is not None else first.quat if first is not None else None
-    assert reference is not None  # contenders has seen to it
+    reference = _reference(recording, first)
     try:
         found = align(
             track.t, track.quat, recording.t, reference, earth="heading", sensor="none", shift=MAX_SHIFT

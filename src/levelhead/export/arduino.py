@@ -126,6 +126,7 @@ def _imu(config: ExportConfig) -> dict[str, str]:
     healthy = "health" in config.answers
     parts += ["  Serial.print(',');", "  Serial.print((long)out.health);"] if healthy else []
     return {
+        "own": "board_q           ",
         "now": "",
         "mounted": _axes_remark(config),
         "fed": _log_inputs(config, ", ".join(given)),
@@ -151,6 +152,7 @@ def _axis(config: ExportConfig) -> dict[str, str]:
         f"  {name}_update(&filter, roll, gyr[0] / DEGREE, {_seconds(real)}, 360, &now);",
     ]
     return {
+        "own": "column:board_roll",
         "mounted": "",
         "fed": RAW,
         "init": "\n".join(init),

@@ -3,7 +3,7 @@
 import os
 from collections.abc import Mapping, Sequence
 
-from levelhead.recording import Recording
+from levelhead.recording import Array, Recording
 from levelhead.sources.hints import parse_counts, parse_map, parse_units
 from levelhead.track import Track
 
@@ -102,6 +102,38 @@ def orientation(
     from levelhead.sources.orientation_columns import read_orientation
 
     return read_orientation(path, column, check(map, units, counts, rate))
+
+
+def angle(
+    path: str | os.PathLike[str],
+    column: str,
+    *,
+    map: Mapping[str, Sequence[str] | str] | None = None,
+    units: Mapping[str, str] | None = None,
+    counts: Mapping[str, str] | None = None,
+    rate: float | None = None,
+) -> tuple[str, Array, Array]:
+    """One angle that stands in a log beside the sensors, such as ``board_roll`` of the sketch of one axis.
+
+    Args:
+        path: the file, as for ``read``.
+        column: its whole name, with roll, pitch or yaw in it; degrees, or radians where ``rad`` is in it.
+        map: as for ``read``, so that both are on the same clock.
+        units: as for ``read``.
+        counts: as for ``read``.
+        rate: as for ``read``.
+
+    Returns:
+        "roll", "pitch" or "yaw"; the stamps of ``read`` with the same hints, s, (n,); the angle, rad, (n,), NaN where
+        the cells are blank.
+
+    Raises:
+        LevelheadError: no such column, a name without the angle, no number in it, or what ``read`` says.
+    """
+    from levelhead.sources.hints import check
+    from levelhead.sources.orientation_columns import read_angle
+
+    return read_angle(path, column, check(map, units, counts, rate))
 
 
 def attitudes(path: str | os.PathLike[str]) -> dict[str, Track]:

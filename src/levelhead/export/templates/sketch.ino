@@ -7,7 +7,7 @@ $where// Boards that hold it: $boards.
 $mounted// Each line of the log is one sample in SI units, as the filter was fed, and what the filter made of it:
 //
 //     levelhead fuse log.csv                              the same filter, or another, on the laptop
-//     levelhead compare log.csv --track board_q     the board beside all of them
+//     levelhead compare log.csv --track $own  the board beside all of them
 //
 // Lines that begin with # are remarks. Registers: $source.
 #include <Wire.h>

@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from levelhead.errors import LevelheadError
-from levelhead.sources.formats.attitude import attitude_track, from_angles
+from levelhead.rotations import from_angles
+from levelhead.sources.formats.attitude import attitude_track
 from levelhead.sources.hints import Hints
 from levelhead.sources.table import ArrayTable
 from levelhead.track import Track

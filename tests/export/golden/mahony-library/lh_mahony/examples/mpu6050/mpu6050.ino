@@ -8,7 +8,7 @@
 // Each line of the log is one sample in SI units, as the filter was fed, and what the filter made of it:
 //
 //     levelhead fuse log.csv                              the same filter, or another, on the laptop
-//     levelhead compare log.csv --track board_q     the board beside all of them
+//     levelhead compare log.csv --track board_q             the board beside all of them
 //
 // Lines that begin with # are remarks. Registers: InvenSense RM-MPU-6000A-00, rev. 4.2.
 #include <Wire.h>
