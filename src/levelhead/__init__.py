@@ -80,6 +80,8 @@ if TYPE_CHECKING:
     from levelhead.recording import ZeroVelocity as ZeroVelocity
     from levelhead.sources import read as read
     from levelhead.sources.chunked import read_chunks as read_chunks
+    from levelhead.sources.formats.opensim import read_mot as read_mot
+    from levelhead.sources.formats.opensim import read_sto as read_sto
     from levelhead.sources.pipeline import interpret as interpret
     from levelhead.track import Track as Track
     from levelhead.tune.sweep import sweep as sweep
@@ -121,6 +123,7 @@ _HOMES = {
     "levelhead.recording": ("Gnss", "Pressure", "Recording", "Truth", "ZeroVelocity"),
     "levelhead.sources": ("read",),
     "levelhead.sources.chunked": ("read_chunks",),
+    "levelhead.sources.formats.opensim": ("read_mot", "read_sto"),
     "levelhead.sources.pipeline": ("interpret",),
     "levelhead.track": ("Track",),
     "levelhead.tune": ("sweep", "tune_filter"),

@@ -27,7 +27,7 @@ def joint(
     One and two axes use no magnetometer. The exit code is 1 if the motion does not show the joint.
 
     Args:
-        upper: Log of the sensor on the segment that counts as fixed.
+        upper: Log of the sensor on the segment that counts as fixed; of OpenSim's orientations, FILE.sto:SENSOR.
         lower: Log of the sensor on the other segment, on the same clock (`levelhead sync`).
         axes: Axes of the joint: 1 for a hinge; 2 for an elbow; 3 for flexion, adduction and rotation from a neutral
             pose at --zero.
@@ -40,18 +40,21 @@ def joint(
     from levelhead.joints import joint as find
     from levelhead.publish.joint_files import write_joint
     from levelhead.publish.progress import progress
+    from levelhead.sources.formats.opensim import sensor_of
 
     if upper == lower:
         raise LevelheadError(f"{upper} is given for both segments; give the log of each")
     require_writable(out)
     with progress("smoothing both logs"):
-        found = find(reading.read(upper), reading.read(lower), axes=axes, zero=zero)
-    written = [folder(out) / f"{upper.stem}-joint.{format}"]
+        sensors = [sensor_of(log) if ".sto" in log.name else reading.read(log) for log in (upper, lower)]
+        found = find(*sensors, axes=axes, zero=zero)
+    name = upper.name.partition(".sto:")[2] or upper.stem
+    written = [folder(out) / f"{name}-joint.{format}"]
     write_joint(found, written[0])
     if plot and can_draw():
         from levelhead.publish.plots.joint_picture import joint_picture
 
-        written.append(out / f"{upper.stem}-joint.png")
+        written.append(out / f"{name}-joint.png")
         joint_picture(found, written[1])
     if json:
         facts = {

@@ -47,7 +47,7 @@ class AxesFit(NamedTuple):
     referenced: bool = False  # heading is that of two tracks with north, and no axis is needed for it
 
 
-class State(NamedTuple):
+class AxesState(NamedTuple):
     """Axes, the constant (rad; 0 where the joint has none) and δ (rad): one value as a start, then at the knots."""
 
     upper: Array
@@ -56,7 +56,7 @@ class State(NamedTuple):
     heading: Array
 
 
-class Errors(NamedTuple):
+class Linearisation(NamedTuple):
     """e of all samples and its derivatives."""
 
     error: Array  # (n, d) rad
@@ -87,23 +87,23 @@ class Knots(NamedTuple):
         return result
 
 
-class Solution(NamedTuple):
+class AxesSolution(NamedTuple):
     """A state at its minimum."""
 
-    state: State
+    state: AxesState
     covariance: Array  # of the angles of both axes, the constant where there is one, and δ at the knots
     square: Array  # (n,) rad², |e|²
     variance: float  # rad², s²
 
 
-Linearise = Callable[[Array, Array, State, Array], Errors]
+Linearise = Callable[[Array, Array, AxesState, Array], Linearisation]
 
 
 def fit_axes(
     t: Array,
     upper: Array,
     lower: Array,
-    starts: list[State],
+    starts: list[AxesState],
     linearise: Linearise,
     median: float,
     cost_of_heading: Callable[[Array], float] | None = None,
@@ -161,8 +161,8 @@ def thin(t: Array) -> slice:
 
 
 def _solve(
-    t: Array, upper: Array, lower: Array, start: State, linearise: Linearise, knots: Knots, median: float
-) -> Solution:
+    t: Array, upper: Array, lower: Array, start: AxesState, linearise: Linearise, knots: Knots, median: float
+) -> AxesSolution:
     """Gauss-Newton from a start."""
     state = start._replace(heading=np.full(knots.size, start.heading))
     for _ in range(ITERATIONS):
@@ -174,7 +174,7 @@ def _solve(
         add_walk(normal, gradient, state.heading, knots.interval, errors.by_axes.shape[2])
         change = np.asarray(np.linalg.solve(normal, gradient), np.float64)
         change *= min(1.0, LONGEST_STEP / max(float(np.abs(change).max()), CONVERGED))
-        state = State(
+        state = AxesState(
             turn_axis(state.upper, change[:2]),
             turn_axis(state.lower, change[2:4]),
             state.constant + (float(change[4]) if errors.by_axes.shape[2] > 4 else 0.0),
@@ -182,10 +182,10 @@ def _solve(
         )
         if np.abs(change).max() < CONVERGED:
             break
-    return Solution(state, np.asarray(np.linalg.inv(normal), np.float64), square, variance)
+    return AxesSolution(state, np.asarray(np.linalg.inv(normal), np.float64), square, variance)
 
 
-def _normal_equations(t: Array, errors: Errors, chi: Array, heading: Array, knots: Knots) -> tuple[Array, Array]:
+def _normal_equations(t: Array, errors: Linearisation, chi: Array, heading: Array, knots: Knots) -> tuple[Array, Array]:
     """The normal matrix and right side of a step, times s²; ``chi`` (n,) is |e|²/s²."""
     error, by_axes, by_heading = errors
     i, share, count = knots.before, knots.share, by_axes.shape[2]

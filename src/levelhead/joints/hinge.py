@@ -16,8 +16,8 @@ import numpy as np
 from levelhead.joints.axes_fit import (
     HEADING_GRID,
     AxesFit,
-    Errors,
-    State,
+    AxesState,
+    Linearisation,
     about_vertical,
     fit_axes,
     tangents,
@@ -39,22 +39,22 @@ def fit_hinge(t: Array, upper: Array, lower: Array, cost_of_heading: Cost | None
     return fit._replace(upper=sign * fit.upper, lower=sign * fit.lower, spread=spread)
 
 
-def _start(upper: Array, lower: Array) -> tuple[State, float]:
+def _start(upper: Array, lower: Array) -> tuple[AxesState, float]:
     """The best state of a constant δ, and the spread (rad) of the relative rotation."""
-    best = (-1.0, State(np.zeros(3), np.zeros(3), 0.0, np.zeros(())), 0.0)
+    best = (-1.0, AxesState(np.zeros(3), np.zeros(3), 0.0, np.zeros(())), 0.0)
     for angle in HEADING_GRID:
         c, s = np.cos(angle), np.sin(angle)
         back = np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
         left, values, right = np.linalg.svd(np.einsum("nji,jk,nkl->il", upper, back, lower) / len(upper))
         if values[0] > best[0]:
-            best = (float(values[0]), State(left[:, 0], right[0], 0.0, np.asarray(angle)), float(values[1]))
+            best = (float(values[0]), AxesState(left[:, 0], right[0], 0.0, np.asarray(angle)), float(values[1]))
     return best[1], float(np.arccos(np.clip(best[2], -1.0, 1.0)))
 
 
-def _linearise(upper: Array, lower: Array, state: State, angle: Array) -> Errors:
+def _linearise(upper: Array, lower: Array, state: AxesState, angle: Array) -> Linearisation:
     """(1) and its derivatives."""
     turned = about_vertical(upper @ state.upper, angle)
     by_upper = np.stack([about_vertical(upper @ column, angle) for column in tangents(state.upper).T], axis=2)
     by_axes = np.concatenate([by_upper, -(lower @ tangents(state.lower))], axis=2)
     by_heading = np.stack([-turned[:, 1], turned[:, 0], np.zeros(len(angle))], axis=1)
-    return Errors(turned - lower @ state.lower, by_axes, by_heading)
+    return Linearisation(turned - lower @ state.lower, by_axes, by_heading)

@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 from levelhead.joints.axes_fit import (
     HEADING_GRID,
     AxesFit,
-    Errors,
-    State,
+    AxesState,
+    Linearisation,
     about_vertical,
     about_vertical_frames,
     fit_axes,
@@ -44,11 +44,11 @@ def fit_two_axes(t: Array, upper: Array, lower: Array) -> AxesFit:
     return fit._replace(upper=j, lower=k, spread=float(np.arccos(np.clip(middle, -1.0, 1.0))))
 
 
-def _starts(upper: Array, lower: Array) -> list[State]:
+def _starts(upper: Array, lower: Array) -> list[AxesState]:
     """The best states of a grid over δ and j."""
     rows = slice(None, None, -(-len(upper) // START_ROWS))
     directions = _half_sphere(DIRECTIONS)
-    found: list[tuple[float, State]] = []
+    found: list[tuple[float, AxesState]] = []
     for angle in HEADING_GRID:
         turned = about_vertical_frames(upper[rows], np.full(len(upper[rows]), angle))
         relative = np.einsum("nji,njk->nik", turned, lower[rows])  # lower sensor to upper sensor
@@ -63,7 +63,7 @@ def _starts(upper: Array, lower: Array) -> list[State]:
         constants = np.arcsin(np.clip(np.sum(directions @ mean * axes, axis=1), -1.0, 1.0))
         scores = np.where(np.abs(constants) < WIDEST, values[:, 0], np.inf)
         best = int(np.argmin(scores))
-        start = State(directions[best], axes[best], float(constants[best]), np.asarray(angle))
+        start = AxesState(directions[best], axes[best], float(constants[best]), np.asarray(angle))
         found.append((float(scores[best]), start))
     found.sort(key=lambda one: one[0])
     return [state for _, state in found[:STARTS]]
@@ -86,7 +86,7 @@ def _half_sphere(count: int) -> Array:
     return np.stack([level * np.cos(angle), level * np.sin(angle), z], axis=1)
 
 
-def _linearise(upper: Array, lower: Array, state: State, angle: Array) -> Errors:
+def _linearise(upper: Array, lower: Array, state: AxesState, angle: Array) -> Linearisation:
     """(2) and its derivatives."""
     first, second = about_vertical(upper @ state.upper, angle), lower @ state.lower
     sine = np.clip(np.sum(first * second, axis=1), -1.0, 1.0)
@@ -95,4 +95,4 @@ def _linearise(upper: Array, lower: Array, state: State, angle: Array) -> Errors
     by_sine: NDArray[np.float64] = 1.0 / np.maximum(np.sqrt(1.0 - sine**2), LEAST_COSINE)
     by_axes = np.stack([*by_upper, *by_lower, -1.0 / by_sine], axis=1) * by_sine[:, None]
     by_heading = (first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0]) * by_sine
-    return Errors((np.arcsin(sine) - state.constant)[:, None], by_axes[:, None, :], by_heading[:, None])
+    return Linearisation((np.arcsin(sine) - state.constant)[:, None], by_axes[:, None, :], by_heading[:, None])
