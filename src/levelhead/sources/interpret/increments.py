@@ -25,7 +25,7 @@ _UNIT = {"gyr": "rad/s", "acc": "m/s²"}
 _USUAL_INTERVAL = 0.01  # s, where no clock shows the unit of an interval
 
 
-class _Clock(NamedTuple):
+class IncrementClock(NamedTuple):
     """The column of time, and its usual step in s; without one None and ``_USUAL_INTERVAL``."""
 
     stamps: Array | None
@@ -71,7 +71,7 @@ def _axes(table: Table, pattern: re.Pattern[str]) -> list[int]:
     return [axes[axis] for axis in sorted(axes)] if sorted(axes) in (list("xyz"), list("012")) else []
 
 
-def _clock(table: Table, columns: Mapping[int, Column]) -> _Clock:
+def _clock(table: Table, columns: Mapping[int, Column]) -> IncrementClock:
     for i, name in enumerate(table.names):
         known = understand(name)
         if known.role != "t" or _INTERVAL.fullmatch(name.strip()) or len(columns[i]) < 2:
@@ -79,11 +79,11 @@ def _clock(table: Table, columns: Mapping[int, Column]) -> _Clock:
         step = median(np.diff(columns[i]))
         if step > 0.0:
             factor = units.factor("time", guess_unit(columns[i]))
-            return _Clock(columns[i].astype(np.float64) * factor, step * factor)
-    return _Clock(None, _USUAL_INTERVAL)
+            return IncrementClock(columns[i].astype(np.float64) * factor, step * factor)
+    return IncrementClock(None, _USUAL_INTERVAL)
 
 
-def _interval(table: Table, role: str, columns: Mapping[int, Column], clock: _Clock) -> Array:
+def _interval(table: Table, role: str, columns: Mapping[int, Column], clock: IncrementClock) -> Array:
     """(n,) s over which each row gained; its unit is the one nearest to the step of the clock."""
     for pattern in (_OWN_INTERVAL[role], _INTERVAL):
         for i, name in enumerate(table.names):
