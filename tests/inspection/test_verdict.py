@@ -8,7 +8,9 @@ import pytest
 import levelhead as lh
 from levelhead.cli import main
 from levelhead.inspection import examine
-from levelhead.inspection.verdict import Expectation, _drift, verdict
+from levelhead.inspection.spikes import examine_spikes
+from levelhead.inspection.verdict import Expectation, _drift, find_tilt_in_forces, verdict
+from levelhead.recording import Recording
 
 
 def test_heading_drifts_from_where_its_sigma_is_least():
@@ -44,3 +46,29 @@ def test_a_log_that_is_not_read_gets_its_message_once(tmp_path: Path, capsys: py
         assert main([verb, str(log)]) == 2
         shown = capsys.readouterr()
         assert (shown.out + shown.err).count("there is no gyroscope") == 1
+
+
+@pytest.mark.parametrize("tilt", [0.0, 3.0, 20.0])
+def test_the_forces_of_a_track_show_its_tilt_beside_its_motion(tilt):
+    """A track that is off by a constant tilt; steps of 3 m/s² and turns of 5 s, whose velocities stay bounded."""
+    t = np.arange(0.0, 120.0, 0.01)
+    force = np.stack([3.0 * np.sin(10.0 * t), 1.5 * np.sin(1.2 * t), np.full_like(t, 9.80665)], axis=1)
+    half = 0.5 * np.radians(tilt)
+    quat = np.tile([np.cos(half), 0.0, np.sin(half), 0.0], (len(t), 1))
+    force[::50] = np.nan
+    assert find_tilt_in_forces(t, quat, force) == pytest.approx(tilt, rel=0.05, abs=1.2)
+    assert find_tilt_in_forces(t[:500], quat[:500], force[:500]) == 0.0
+
+
+def test_a_knock_changes_the_rate_and_a_lost_bit_does_not():
+    rng = np.random.default_rng(1)
+    gyr, acc = rng.normal(0.0, 0.01, (600, 3)), rng.normal([0.0, 0.0, 9.8], 0.1, (600, 3))
+    acc[[100, 300]] += [20.0, -20.0, 0.0]
+    recording = Recording(np.arange(600) / 100.0, gyr, acc)
+    (said,) = examine_spikes(recording)
+    assert said.name == "spikes_acc" and said.severity == "warning" and "2 readings" in said.what
+    gyr[100:] += 0.5
+    (said,) = examine_spikes(recording)
+    assert said.severity == "note" and "1 reading" in said.what
+    gyr[300:] -= 0.5
+    assert not list(examine_spikes(recording))

@@ -27,13 +27,14 @@ from levelhead.signals.turn_matrix import (
 from levelhead.units import DEGREE
 
 FLOOR = 0.02  # 1σ of each number of M: scale errors of good sensors, and what no model has
-FOLLOWS = {"acc": 0.6, "mag": 0.1}  # share of the turn that forces, or iron nearby, may mimic
+FOLLOWS = 0.6  # share of the turn that forces, or iron nearby, may mimic
 SETTLED = 0.03  # 1σ of each number of M beside the fault that was found
 MIN_SCALE_SIGMAS = 4.0  # σ by which a scale must differ from 0: nothing turns is no scale
 UNITS = (DEGREE, 1.0 / DEGREE)  # factors that people take one unit for another by
 UNIT_SIGMA = 0.01  # of such a factor, as a share of it
 BEYOND = 4000.0 * DEGREE  # rad/s: the widest range of gyroscopes in use (data sheet of the LSM6DSV)
 RARE, IMPOSSIBLE = 0.01, 60.0  # share of rates beyond it that are spikes; penalty of what leaves more of them there
+CLEAR, LONG = 5.0, 3  # contrast below which segments LONG times as long are looked at: their velocities stay as small
 CANDIDATES = 3  # wirings that are fitted
 BASINS = 0.9  # of what the identity leaves, from which another wiring starts the fit
 SHIFTED = 0.015  # s of delay, beyond which the fit is made again
@@ -106,7 +107,7 @@ def look(role: str, seg: Segments) -> Seen:
         whole = fit(seg, IDENTITY)
     whole, filtered = _without_delay(seg, whole, 1.0)
     contrast = nothing / max(whole.left, 1e-9)
-    floor = FLOOR + FOLLOWS[role] / max(contrast**2 - 1.0, 1e-3)  # what is left over what the turn explains
+    floor = FLOOR + FOLLOWS / max(contrast**2 - 1.0, 1e-3)  # what is left over what the turn explains
     covariance = whole.covariance + floor**2 * np.eye(9)
     weight = np.asarray(np.linalg.inv(covariance), dtype=np.float64)
     return Seen(role, whole, weight, contrast, filtered, seg)
@@ -290,8 +291,14 @@ def agree(recording: Recording, most: int = MAX_SEGMENTS) -> Agreement:
         if values is None:
             continue
         seg = cut(recording.t, recording.gyr, values, role == "acc", most)
-        if seg is not None and seg.size > 0.0:
-            seen.append(look(role, seg))
+        if seg is None or not seg.size > 0.0:
+            continue
+        seen.append(look(role, seg))
+        if role == "acc" and seen[-1].contrast < CLEAR:
+            long = cut(recording.t, recording.gyr, values, True, most, LONG)
+            other = seen[-1] if long is None else look(role, long)
+            if other.contrast > seen[-1].contrast:
+                seen[-1] = other._replace(segments=seg)
     if not seen:
         return Agreement((), (), 1.0)
     rates = np.linalg.norm(recording.gyr[:: 1 + len(recording) // MAX_ROWS], axis=1)

@@ -16,6 +16,7 @@ BESIDE = 0.2  # share of a spike by which the readings before and after it may d
 FLANK = 0.15  # and by which they may leave the line between the readings before and after them
 AROUND = 10  # samples on either side
 ALONE = 5.0  # how many times the largest deviation around it a spike is: an impact rings, a vibration goes on
+KNOCK = 1.5  # times the largest step of the rate around, by which it changes at a knock
 BLOCK = 1_000_000  # rows at a time
 
 
@@ -33,6 +34,8 @@ def examine_spikes(recording: Recording) -> Iterator[Finding]:
         if values is None or (role == "mag" and recording.meta.get("mag_unit") == "relative"):
             continue
         found = find_spikes(values, FLOOR[role])
+        if role == "acc":
+            found = _without_knocks(found, recording.gyr)
         if not len(found.rows):
             continue
         unit, factor = UNITS[role]
@@ -42,12 +45,24 @@ def examine_spikes(recording: Recording) -> Iterator[Finding]:
         shown = ", ".join(f"{recording.t[row]:.2f}" for row in found.rows[:5]) + (", …" if count > 5 else "")
         yield Finding(
             f"spikes_{role}",
-            "note" if role == "acc" and count == 1 else "warning",  # a knock may be as short as one reading
+            "note" if role == "acc" and count == 1 else "warning",  # some knocks do not turn it
             f"{many} of the {NAMES[role]}, up to {found.off[worst] * factor:.3g} {unit} from those beside it",
             f"isolated rows, at {shown} s",
             "Look for a bus or serial line that loses bits, and leave such rows blank.",
             (int(found.rows[0]), int(found.rows[-1])),
         )
+
+
+def _without_knocks(found: Spikes, gyr: Array) -> Spikes:
+    """Spikes of a force beside which the rate goes on as it did; a knock is as short, but changes the rate at once."""
+    kept = []
+    for row in found.rows:
+        first = max(0, row - AROUND)
+        steps = np.nan_to_num(np.linalg.norm(np.diff(gyr[first : row + AROUND], axis=0), axis=1))
+        beside = np.arange(len(steps)) + first - row
+        at = (beside == -1) | (beside == 0)
+        kept.append(steps[at].max() <= KNOCK * steps[~at].max())
+    return Spikes(found.rows[kept], found.off[kept])
 
 
 def find_spikes(values: Array, floor: float) -> Spikes:

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -16,13 +17,8 @@ from levelhead.track import Track
 
 EXCERPT = 60_000  # samples that are fused for the expectation, at most: some 0.2 s
 EXCERPT_PLAIN = 2_000  # without the native engine
-ADDED = {
-    "clipping_gyr": 4.0,
-    "too_slow": 3.0,
-    "raw_counts": 1.0,
-    "held_samples": 0.5,
-    "gravity_removed": 70.0,
-}  # deg of tilt; no filter sees them
+WINDOWS = (2.0, 4.0, 8.0)  # s over which the forces of a track are averaged
+MIN_WINDOWS = 4  # that make a mean
 # deg, where a log is too short for ``expected_heading_error``
 HEADING_ADDED = {"mag_offset": 15.0, "mag_disturbed": 15.0, "mag_axes": 30.0, "mag_strength": 10.0}  # deg
 _NO_DRIFT = 0.05  # deg a minute, which would be written as 0
@@ -40,9 +36,9 @@ class Expectation(NamedTuple):
 def expectation(recording: Recording, findings: Sequence[Finding]) -> Expectation:
     """What a track fused from this recording will be good for.
 
-    A finding that carries what would mend it counts with the tilt between the tracks fused as it is and mended.
+    A finding that carries what would mend it counts with the tilt between the tracks fused as it is and mended. Tilt
+    is at least what the forces show (``find_tilt_in_forces``), whatever its cause.
     """
-    names = {one.name for one in findings}
     plain = replace(recording, mag=None)  # tilt hardly depends on the field
     mended = plain
     for one in findings:
@@ -56,18 +52,47 @@ def expectation(recording: Recording, findings: Sequence[Finding]) -> Expectatio
         return Expectation(None, None, None)
     late = track.t > track.t[0] + min(SETTLED, 0.3 * (track.t[-1] - track.t[0]))
     sigma = np.degrees(right.sigma[late])
-    added = sum(ADDED[one] ** 2 for one in names & set(ADDED))
+    away = 0.0
     if right is not track:
-        away = np.degrees(tilt_between(track.quat[late], right.quat[late]))
-        added += float(np.nanmean(away**2))
-    tilt = float(np.sqrt(np.nanmean(sigma[:, 0] ** 2 + sigma[:, 1] ** 2) + added))
+        away = float(np.nanmean(np.degrees(tilt_between(track.quat[late], right.quat[late])) ** 2))
+    claimed = float(np.sqrt(np.nanmean(sigma[:, 0] ** 2 + sigma[:, 1] ** 2) + away))
+    tilt = max(claimed, find_tilt_in_forces(track.t[late], track.quat[late], recording.acc[: len(late)][late]))
     if recording.mag is None:
         return Expectation(tilt, None, _drift(track.t[late], sigma[:, 2]))
     heading = expected_heading_error(recording[: len(track)], track)
     if heading is None and (whole := _fuse_start(recording)) is not None and whole.sigma is not None:
-        unseen = sum(HEADING_ADDED[one] ** 2 for one in names & set(HEADING_ADDED))
+        unseen = sum(HEADING_ADDED[one] ** 2 for one in {one.name for one in findings} & set(HEADING_ADDED))
         heading = float(np.sqrt(np.nanmean(np.degrees(whole.sigma[late, 2]) ** 2) + unseen))
     return Expectation(tilt, heading, None)
+
+
+def find_tilt_in_forces(t: Array, quat: Array, acc: Array) -> float:
+    """RMS tilt error τ in deg that the forces of a track show; 0 where it is too short to show one.
+
+    In the earth's frame the mean force over T is gravity and Δv/T. With tilt errors that last longer than T its angle
+    from the vertical is α(T)² = τ² + (a/T)², so that τ² = (4 α(2T)² − α(T)²) / 3 for velocities that stay bounded. The
+    least over several T counts: a vehicle accelerates for long.
+
+    Args:
+        t: (n,) s.
+        quat: (n, 4) orientations of the track.
+        acc: (n, 3) specific force, m/s².
+    """
+    known = np.isfinite(acc).all(axis=1) & np.isfinite(quat).all(axis=1)
+    if not known.any():
+        return 0.0
+    since, force = (t - t[0])[known], rotate(quat[known], acc[known])
+    squares = []
+    for window in WINDOWS:
+        index = (since / window).astype(np.intp)
+        total = np.stack([np.bincount(index, axis)[: index[-1]] for axis in force.T], axis=1)
+        total = total[total.any(axis=1)]
+        if len(total) < MIN_WINDOWS:
+            break
+        angle = np.degrees(np.arctan2(np.hypot(total[:, 0], total[:, 1]), total[:, 2]))
+        squares.append(float((angle**2).mean()))
+    least = min(((4.0 * long - short) / 3.0 for short, long in pairwise(squares)), default=0.0)
+    return float(np.sqrt(max(0.0, least)))
 
 
 def tilt_between(a: Array, b: Array) -> Array:

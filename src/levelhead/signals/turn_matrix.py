@@ -99,6 +99,7 @@ class Segments:
         step: s, (k, m).
         start: s, (m,).
         is_force: whether the vector is a force, whose velocity is bounded, or a field, which is constant.
+        overlap: how many segments hold one reading, about.
     """
 
     rate: Array
@@ -106,10 +107,7 @@ class Segments:
     step: Array
     start: Array
     is_force: bool
-
-    def part(self, keep: Array) -> "Segments":
-        """Some of the segments."""
-        return Segments(self.rate[:, keep], self.vector[:, keep], self.step[:, keep], self.start[keep], self.is_force)
+    overlap: int = 1
 
     @cached_property
     def size(self) -> float:
@@ -137,21 +135,27 @@ class Segments:
         return replace(self, vector=(1.0 - part) * self.vector[low] + part * self.vector[low + 1])
 
 
-def cut(t: Array, gyr: Array, vector: Array, is_force: bool, most: int = MAX_SEGMENTS) -> Segments | None:
-    """Segments without gaps and missing values, spread over a recording; None with fewer than ``MIN_SEGMENTS``."""
+def cut(
+    t: Array, gyr: Array, vector: Array, is_force: bool, most: int = MAX_SEGMENTS, overlap: int = 1
+) -> Segments | None:
+    """Segments without gaps and missing values, spread over a recording; None with fewer than ``MIN_SEGMENTS``.
+
+    They are ``overlap`` times SEGMENT long, and one begins SEGMENT after the other.
+    """
     step = median(np.diff(t)) if len(t) > 1 else 0.0
     if not step > 0.0:
         return None
-    every = max(1, int(1.0 / (step * MAX_RATE)))
+    every = max(1, int(overlap / (step * MAX_RATE)))
     size = round(SEGMENT / (step * every)) * every
     count = len(t) // max(size, 1)
-    if size < BLOCKS * every or count < MIN_SEGMENTS:
+    if size < BLOCKS * every or count < MIN_SEGMENTS + overlap - 1:
         return None
     starts = np.arange(count) * size
     whole = (t[starts + size - 1] - t[starts]) < 1.2 * size * step
     fine = np.isfinite(np.hstack([gyr, vector])[: count * size]).reshape(count, -1)
     whole &= fine.all(axis=1)
-    starts = starts[whole]
+    whole = np.lib.stride_tricks.sliding_window_view(whole, overlap).all(axis=1)
+    starts, size = starts[: len(whole)][whole], overlap * size
     if len(starts) < MIN_SEGMENTS:
         return None
     starts = starts[np.linspace(0, len(starts) - 1, min(most, len(starts))).round().astype(int)]
@@ -162,7 +166,7 @@ def cut(t: Array, gyr: Array, vector: Array, is_force: bool, most: int = MAX_SEG
         made: Array = values[rows].reshape(size // every, every, len(starts), *values.shape[1:]).mean(axis=1)
         return made
 
-    return Segments(average(gyr), average(vector), average(steps) * every, t[starts], is_force)
+    return Segments(average(gyr), average(vector), average(steps) * every, t[starts], is_force, overlap)
 
 
 def _skew(values: Array) -> Array:
@@ -369,7 +373,7 @@ def fit(
     noise = max(total, floor)
     inverse = np.linalg.inv(hessian.sum(axis=0) / noise + np.diag(prior))
     scores = gradient / noise
-    middle = scores.T @ scores * m / max(1, m - 4) + np.diag(prior)
+    middle = seg.overlap * scores.T @ scores * m / max(1, m - 4) + np.diag(prior)
     covariance = inverse @ middle @ inverse
     rows = slice(p, p + 3)
     weight = hessian[:, rows, rows] / np.maximum(state.cost, floor)[:, None, None] + 1e-2 * np.eye(3)
