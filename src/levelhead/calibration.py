@@ -95,7 +95,8 @@ class TemperatureCurve:
     def change(self, temperature: Array) -> Array:
         """(n, 3) bias at (n,) °C minus that at the reference."""
         off = np.clip(temperature, self.low, self.high) - self.reference
-        found: Array = np.stack([off, off**2, off**3], axis=1) @ self.value.T
+        off = off[:, None]
+        found: Array = off * (self.value[:, 0] + off * (self.value[:, 1] + off * self.value[:, 2]))
         return found
 
     def to_dict(self) -> JsonObject:
@@ -138,7 +139,7 @@ class Calibration:
         field: (2,) horizontal and vertical (upwards) strength of the field in µT: of the place, not of the sensor.
         north: (1,) azimuth of magnetic north in rad, clockwise from the y axis of the orientation; likewise.
         temperature: "gyr" and "acc" to how their biases change; the biases above are those at its reference. ``apply``
-            and ``fuse`` correct recordings with a temperature; a stream and exported C do not.
+            and ``fuse`` correct recordings with a temperature, a stream by ``update_temperature``; exported C does not.
     """
 
     gyr_matrix: Quantity

@@ -1,16 +1,20 @@
 """Bias against temperature: what was put into a sensor that warms up is found within its σ."""
 
 import dataclasses
+import math
 
 import numpy as np
 import pytest
 
 import levelhead as lh
 from levelhead import simulate
+from levelhead.calibration import TemperatureCurve
+from levelhead.live.node import Node
 from levelhead.noise import calibrate_temperature
 from levelhead.noise.assessment import noise_verdict
 from levelhead.noise.temperature import temperature_drift
 from levelhead.publish.noise_table import noise_facts, noise_table
+from levelhead.sources.devices.replay import Replay
 from levelhead.sources.formats import npz
 from levelhead.sources.formats.csv_writer import write_csv
 
@@ -134,3 +138,38 @@ def test_without_a_change_there_is_no_model():
     still = simulate.recording("LSM6DSO32", "still", duration=30.0, rate=50.0, seed=1)
     with pytest.raises(lh.LevelheadError, match="no temperature that changes by"):
         calibrate_temperature(lh.measure_noise(still))
+
+
+@pytest.mark.parametrize(("params", "role"), [(lh.filters.EKF(), "calibration"), (lh.filters.ESKF(), "prior")])
+def test_a_stream_and_a_node_follow_the_temperature_as_fuse_does(params, role):
+    """The same bits for a temperature beside each sample; without curves it changes nothing."""
+    curves = {"gyr": np.array([SLOPE, BEND, 1e-8 * SLOPE]).T, "acc": np.array([SLOPE, BEND, BEND]).T * 10.0}
+    known = lh.Calibration.of_nothing()
+    warm = known.with_temperature(
+        {name: TemperatureCurve(35.0, 20.0, 60.0, value) for name, value in curves.items()}, known.gyr_bias
+    )
+    recording = simulate.recording("LSM6DSO32", "hand", duration=4.0, rate=100.0, seed=3)
+    recording = dataclasses.replace(recording, temperature=np.linspace(15.0, 50.0, len(recording)))
+
+    def fuse(one, celsius):
+        part = dataclasses.replace(recording, temperature=celsius)
+        if role == "calibration":
+            return lh.fuse(one.apply(part), params, engine="python").quat
+        return lh.fuse(part, params, prior=one, engine="python").quat
+
+    fused, cold = fuse(warm, recording.temperature), fuse(known, None)
+    assert (fused != cold).any()
+    live, plain = (lh.Stream(params, engine="python", **{role: one}) for one in (warm, known))
+    for i, celsius in enumerate(recording.temperature.tolist()):
+        for one in (live, plain):
+            one.update_temperature(celsius)
+            one.update(recording.gyr[i], recording.acc[i], t=float(recording.t[i]))
+        np.testing.assert_array_equal(live.quat, fused[i])
+    np.testing.assert_array_equal(plain.quat, cold[-1])
+    with Node(Replay(recording, math.inf), params, calibrate=0, known=warm) as node:
+        node.run(60.0)
+    np.testing.assert_array_equal(node.last.quat, fused[-1])
+    with pytest.raises(lh.LevelheadError, match="a number, or NaN in °C"):
+        live.update_temperature("warm")
+    with pytest.raises(lh.LevelheadError, match="corrected cannot be saved"):
+        live.save()

@@ -35,6 +35,7 @@ def run(
     tuned: FromFile = None,
     guard: GuardWords = (),
     calibrate: Annotated[int | None, Parameter(metavar="N")] = None,
+    prior: Annotated[Path | None, Parameter(metavar="FILE")] = None,
     duration: Annotated[float | None, Parameter(metavar="S")] = None,
     box: Annotated[Path | None, Parameter(metavar="FILE.mcap")] = None,
     publish: Annotated[str | None, Parameter(metavar="ENDPOINT")] = None,
@@ -64,7 +65,8 @@ def run(
             phyphox:192.168.1.7:8080, ros2 (imu/data_raw and imu/mag), mavlink:udp:14550, or replay:FILE.
         rate: Ticks per second, which is also the sample rate of a chip.
         set: A parameter of the filter; may be given several times.
-        calibrate: Samples at rest for the initial gyroscope bias; by default 500, or 0 for a replay and for a phone.
+        calibrate: Samples at rest for the initial gyroscope bias; by default 500, or 0 for a replay, a phone and --prior.
+        prior: Calibration file of the sensor, as for `levelhead fuse`. Its biases follow the source's thermometer.
         duration: Seconds until the node ends; without it, Ctrl-C or the end of a replay ends it.
         box: File of a black box that records everything (needs the extra levelhead[box]); `levelhead fuse` reads it.
         publish: Publish to other processes as well (needs the extra levelhead[bus]): tcp/127.0.0.1:7447 for this
@@ -85,6 +87,7 @@ def run(
         json: Print the figures of the run as JSON at its end, instead of a line each second.
     """
     from levelhead.axis_map import AxisMap
+    from levelhead.calibration import Calibration
     from levelhead.cli.node_terminal import SignalHandlers, StatusLines
     from levelhead.live.box import BlackBox
     from levelhead.live.node import Node
@@ -101,7 +104,10 @@ def run(
     hints: JsonObject = {"map": parse_map(map), "units": parse_units(units), "counts": parse_counts(counts)}
     mounted = AxisMap.parse(axes)
     live = open_source(source, rate=rate, speed=speed, gyr_range=gyr_range, acc_range=acc_range, axes=mounted, **hints)
-    calibrated = source.partition(":")[0] in CALIBRATED
+    known = None if prior is None else Calibration.read(prior)
+    if known is not None and calibrate:
+        raise LevelheadError("--prior and --calibrate both give the gyroscope's bias; give one of them")
+    calibrated = known is not None or source.partition(":")[0] in CALIBRATED
     still = (0 if calibrated else SAMPLES) if calibrate is None else calibrate
     with ExitStack() as held:
         bus = _bus(publish, certificates, readers)
@@ -109,7 +115,7 @@ def run(
         kept = None if box is None else held.enter_context(BlackBox(box))
         node = Node(
             live, params, guard=before, rate=rate, calibrate=still, bus=bus, box=kept, realtime=realtime,
-            give_up=give_up,
+            give_up=give_up, known=known,
         )  # fmt: skip
         served = outputs.open(node.bus.subscribe, node.set, json)
         if heading is not None:

@@ -1,9 +1,11 @@
 """The prior that a run starts with, and the calibration that it ends with."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+
+import numpy as np
 
 from levelhead import filters
-from levelhead.calibration import Calibration
+from levelhead.calibration import Calibration, TemperatureCurve
 from levelhead.engine.driver import Carry, Settings
 from levelhead.engine.stepper import Four
 from levelhead.errors import LevelheadError
@@ -49,13 +51,49 @@ def correct_ticks(tick: Tick, tick_mag: Tick, errors: SensorErrors) -> tuple[Tic
     """The same two functions of one live sample, for readings that have these errors."""
 
     def plain(place: object, gyr: Triple, acc: Triple, dt: float) -> Four:
-        return tick(place, gyr, tuple(correct_readings(errors, ZERO, Vec3(*acc), ZERO).acc), dt)
+        better = correct_readings(errors, Vec3(*gyr), Vec3(*acc), ZERO)
+        return tick(place, tuple(better.gyr), tuple(better.acc), dt)
 
     def with_mag(place: object, gyr: Triple, acc: Triple, mag: Triple, dt: float) -> Four:
-        better = correct_readings(errors, ZERO, Vec3(*acc), Vec3(*mag))
-        return tick_mag(place, gyr, tuple(better.acc), tuple(better.mag), dt)
+        better = correct_readings(errors, Vec3(*gyr), Vec3(*acc), Vec3(*mag))
+        return tick_mag(place, tuple(better.gyr), tuple(better.acc), tuple(better.mag), dt)
 
     return plain, with_mag
+
+
+class Warmth:
+    """Readings of a live sensor without the change of its biases with temperature; until one is given, as they are.
+
+    Args:
+        curves: "gyr" and "acc" to their curves.
+    """
+
+    def __init__(self, curves: Mapping[str, TemperatureCurve]) -> None:
+        self._curves = curves
+        self._change: dict[str, Triple] = {"gyr": (0.0, 0.0, 0.0), "acc": (0.0, 0.0, 0.0)}
+
+    def set(self, temperature: float) -> None:
+        """The temperature of the samples that follow, °C."""
+        for name, curve in self._curves.items():
+            x, y, z = curve.change(np.array([temperature]))[0].tolist()
+            self._change[name] = x, y, z
+
+    def correct_ticks(self, tick: Tick, tick_mag: Tick) -> tuple[Tick, Tick]:
+        """The same two functions of one live sample, for readings at this temperature."""
+
+        def plain(place: object, gyr: Triple, acc: Triple, dt: float) -> Four:
+            return tick(place, self._less("gyr", gyr), self._less("acc", acc), dt)
+
+        def with_mag(place: object, gyr: Triple, acc: Triple, mag: Triple, dt: float) -> Four:
+            return tick_mag(place, self._less("gyr", gyr), self._less("acc", acc), mag, dt)
+
+        return plain, with_mag
+
+    def _less(self, name: str, values: Triple) -> Triple:
+        (x, y, z), (a, b, c) = values, self._change[name]
+        if x == y == z == 0.0:  # no reading
+            return values
+        return x - a, y - b, z - c
 
 
 def keep_prior(flt: Filter, settings: Settings, carry: Carry, begin: Carry) -> Carry:

@@ -14,7 +14,7 @@ from levelhead.engine.binding import bind, bind_axis, choose_engine, estimates_b
 from levelhead.engine.driver import Settings
 from levelhead.engine.heading_offset import HeadingOffset, heading_offset
 from levelhead.engine.native import has_axis, has_imu
-from levelhead.engine.prior import apply_prior, correct_ticks, keep_prior, read_calibration
+from levelhead.engine.prior import Warmth, apply_prior, correct_ticks, keep_prior, read_calibration
 from levelhead.engine.serialization import StreamState, from_bytes, to_bytes
 from levelhead.engine.stepper import MOST_DT, Eleven, Four, axis_stepper, imu_stepper
 from levelhead.errors import LevelheadError
@@ -125,6 +125,10 @@ class Stream:
         guard: as for ``fuse``.
         engine: as for ``fuse``; "auto" compiles a filter without a native engine in the constructor.
         prior: as for ``fuse``.
+        calibration: errors that are taken off the readings before the filter, as by ``Calibration.apply``.
+
+    Raises:
+        LevelheadError: both a prior and a calibration, or a prior of a filter that learns none.
     """
 
     def __init__(
@@ -134,7 +138,10 @@ class Stream:
         guard: Guard | None = DEFAULT_GUARD,
         engine: str = "auto",
         prior: Calibration | None = None,
+        calibration: Calibration | None = None,
     ) -> None:
+        if prior is not None and calibration is not None:
+            raise LevelheadError("prior and calibration both correct the readings; give one of them")
         resolved = filters.default() if params is None else filters.resolve(params)
         self._filter = filters.of(resolved)
         self._guarded = guard is not None
@@ -147,11 +154,16 @@ class Stream:
         self._tick: Callable[..., Four] = self._stepper.tick
         self._tick_mag: Callable[..., Four] = self._stepper.tick_mag
         self._place = self._stepper.place
-        self._prior, fixed = prior, None if prior is None else prior.matrices()
+        known = calibration if prior is None else prior
+        self._prior, fixed = prior, calibration if prior is None else prior.matrices()
         if fixed is not None:
             self._tick, self._tick_mag = correct_ticks(self._tick, self._tick_mag, fixed.errors)
+        self._warmth = Warmth(known.temperature) if known is not None and known.temperature else None
+        if self._warmth is not None:
+            self._tick, self._tick_mag = self._warmth.correct_ticks(self._tick, self._tick_mag)
+        self._corrected = fixed is not None or self._warmth is not None
         self._run_rows: Callable[..., None] | None = None
-        if chosen == "native" and fixed is None:
+        if chosen == "native" and not self._corrected:
             self._run_rows = getattr(self._place, "run_rows", None)
         if self._run_rows is None:
             self._tick, self._tick_mag = _with_tuples(self._tick), _with_tuples(self._tick_mag)
@@ -295,6 +307,22 @@ class Stream:
         self._tick, self._tick_mag = self._plain_ticks
         if offset is not None:
             self._tick, self._tick_mag = offset.tick(self._tick), offset.tick(self._tick_mag)
+
+    def update_temperature(self, temperature: float) -> None:
+        """Takes the sensor's temperature, by which the biases of a prior or calibration change from the next sample on.
+
+        A file from ``noise --temperature`` has such curves; without them it changes nothing. The bits are those of
+        ``fuse`` with the same temperature beside each sample.
+
+        Args:
+            temperature: °C; NaN is no reading.
+
+        Raises:
+            LevelheadError: no number.
+        """
+        value = _number("temperature", temperature, "°C")
+        if self._warmth is not None and not isnan(value):
+            self._warmth.set(value)
 
     def update_pressure(self, pressure: float, sigma: float = 2.6, age: float = 0.0) -> None:
         """Takes air pressure: the height of the standard atmosphere, whose offset and drift the filter learns.
@@ -466,9 +494,9 @@ class Stream:
 
     def save(self) -> bytes:
         """The whole state, parameters included, as bytes: what ``Stream.restore`` goes on from, to the bit."""
-        if self._prior is not None and self._prior.matrices() is not None:
+        if self._corrected:
             raise LevelheadError(
-                "a stream whose prior holds matrices from poses cannot be saved; save the prior instead"
+                "a stream whose readings are corrected cannot be saved; save its prior or calibration instead"
             )
         stepper = self._stepper
         return to_bytes(

@@ -8,6 +8,7 @@ from collections.abc import Callable
 from typing import Any
 
 from levelhead import filters
+from levelhead.calibration import Calibration
 from levelhead.engine.batch import DEFAULT_GUARD
 from levelhead.engine.stream import Stream
 from levelhead.errors import LevelheadError
@@ -50,6 +51,8 @@ class Node:
         realtime: ask the system for real-time priority.
         budget: s that fusing, publishing and logging may take in a tick.
         give_up: s without a sample after which ``run`` ends with ``SourceLost``.
+        known: errors of the sensor: the prior of a filter that learns them, else its calibration (``Stream``). Biases
+            with curves follow the source's temperature.
         clock: host time in s.
         sleep: waits for a number of seconds.
 
@@ -67,7 +70,7 @@ class Node:
     def __init__(
         self, source: Source, params: Any = None, *, guard: Guard | None = DEFAULT_GUARD, rate: float = 200.0,
         calibrate: int = SAMPLES, bus: MessageBus | None = None, box: BlackBox | None = None, realtime: bool = False,
-        budget: float = BUDGET, give_up: float = GIVE_UP,
+        budget: float = BUDGET, give_up: float = GIVE_UP, known: Calibration | None = None,
         clock: Callable[[], float] = time.monotonic, sleep: Callable[[float], None] = time.sleep,
     ) -> None:  # fmt: skip
         if not 1.0 <= rate <= 10_000.0:
@@ -79,7 +82,11 @@ class Node:
             self.guard = guard._replace(
                 gyr_range=guard.gyr_range or source.gyr_range, acc_range=guard.acc_range or source.acc_range
             )
-        self._stream = Stream(filters.live() if params is None else params, guard=self.guard)
+        chosen = filters.live() if params is None else params
+        learns = filters.of(chosen).calibration is not None
+        self._stream = Stream(
+            chosen, guard=self.guard, prior=known if learns else None, calibration=None if learns else known
+        )
         self.bus: Any = LocalBus() if bus is None else bus
         self.id = int.from_bytes(os.urandom(4), "little")
         for topic in TOPICS:

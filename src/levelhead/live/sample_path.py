@@ -52,6 +52,7 @@ class SamplePath:
         self.time = -math.inf
         self.bias: Triple = (0.0, 0.0, 0.0)
         self.last: Orientation | None = None
+        self._temperature = math.nan  # °C that the filter was given last
         self._fused_time: float | None = None  # stamp of the last sample that the filter took
 
     def add(self, sample: Sample, publish: bool) -> None:
@@ -111,6 +112,9 @@ class SamplePath:
 
     def _fuse(self, sample: Sample, seq: int, stamp: int) -> Orientation | None:
         (x, y, z), (a, b, c) = sample.gyr, self.bias
+        if sample.temperature is not None and sample.temperature != self._temperature:
+            self._stream.update_temperature(sample.temperature)
+            self._temperature = sample.temperature
         dt = 1.0 if self._fused_time is None else sample.t - self._fused_time  # any dt will do before the first sample
         try:
             w, i, j, k = self._stream.update((x - a, y - b, z - c), sample.acc, sample.mag, dt)

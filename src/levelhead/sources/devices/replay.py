@@ -42,6 +42,9 @@ class Replay:
         if recording.mag is not None:
             new = np.asarray(np.isfinite(recording.mag).all(axis=1))
             self._mag = [tuple(row) if good else None for row, good in zip(recording.mag.tolist(), new, strict=True)]
+        self._warmth: list[float | None] = [None] * len(recording)
+        if recording.temperature is not None:
+            self._warmth = [None if math.isnan(one) else one for one in recording.temperature.tolist()]
         self._next, self._began = 0, clock()
 
     @property
@@ -66,7 +69,7 @@ class Replay:
                 last += 1
         rows = range(self._next, last)
         self._next = last
-        return [Sample(self._t[i], self._gyr[i], self._acc[i], self._mag[i]) for i in rows]
+        return [Sample(self._t[i], self._gyr[i], self._acc[i], self._mag[i], temperature=self._warmth[i]) for i in rows]
 
     def troubles(self) -> list[tuple[str, str]]:
         """None."""
