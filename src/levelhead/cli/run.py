@@ -65,7 +65,7 @@ def run(
             phyphox:192.168.1.7:8080, ros2 (imu/data_raw and imu/mag), mavlink:udp:14550, or replay:FILE.
         rate: Ticks per second, which is also the sample rate of a chip.
         set: A parameter of the filter; may be given several times.
-        calibrate: Samples at rest for the initial gyroscope bias; by default 500, or 0 for a replay, a phone and --prior.
+        calibrate: Samples at rest for the initial gyroscope bias; by default 500; 0 for a replay, a phone and --prior.
         prior: Calibration file of the sensor, as for `levelhead fuse`. Its biases follow the source's thermometer.
         duration: Seconds until the node ends; without it, Ctrl-C or the end of a replay ends it.
         box: File of a black box that records everything (needs the extra levelhead[box]); `levelhead fuse` reads it.
