@@ -154,8 +154,8 @@ def cut(
     whole = (t[starts + size - 1] - t[starts]) < 1.2 * size * step
     fine = np.isfinite(np.hstack([gyr, vector])[: count * size]).reshape(count, -1)
     whole &= fine.all(axis=1)
-    begins = np.lib.stride_tricks.sliding_window_view(whole, overlap).all(axis=1)
-    starts, size = starts[: len(begins)][begins], overlap * size
+    begins = np.flatnonzero(np.lib.stride_tricks.sliding_window_view(whole, overlap).all(axis=1))
+    starts, size = starts[begins], overlap * size
     if len(starts) < MIN_SEGMENTS:
         return None
     starts = starts[np.linspace(0, len(starts) - 1, min(most, len(starts))).round().astype(int)]
