@@ -10,7 +10,7 @@ from levelhead.kernels.arrays import Floats
 
 
 class AxisHooks(Protocol):
-    """What the driver calls of an axis filter."""
+    """The functions of an axis filter that the driver calls."""
 
     @staticmethod
     def step(params: Params, state: FilterState, level: float, rate: float, dt: float, period: float) -> FilterState:

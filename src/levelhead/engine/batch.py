@@ -41,7 +41,7 @@ def fuse(
     velocity. The others leave them aside.
 
     Args:
-        recording: what the sensors said, SI units.
+        recording: the sensors' readings in SI units.
         params: which filter, by its Params object (``Kalman(r_measure=0.1)``), its class, or its name. None: the best
             one there is.
         guard: what counts as rest, saturation and disturbance; None: the filter sees every reading as it is.
@@ -184,7 +184,7 @@ class Batch:
 
     @property
     def calibration(self) -> Calibration | None:
-        """What the filter has learned of its sensor by now; None if it learns nothing."""
+        """The filter's calibration of its sensor by now; None if it learns nothing."""
         return read_calibration(self.filter, self._settings, self.carry, self._prior)
 
     def track(self) -> Track:

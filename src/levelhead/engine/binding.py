@@ -70,9 +70,9 @@ class Driver:
 
 
 def is_guarded(flt: Filter) -> bool:
-    """Whether the guard stands in front of a filter: where an accelerometer corrects a gyroscope.
+    """Whether a filter has the guard in front of it: where an accelerometer corrects a gyroscope.
 
-    A baseline shows what its sensor says.
+    A baseline shows its sensor as it is.
     """
     return {"gyr", "acc"} <= flt.uses
 
@@ -101,7 +101,7 @@ def _bind(flt: Filter, guarded: bool) -> Driver:
 
 
 def _hooks(flt: Filter, guarded: bool, name: str) -> driver.Hooks:
-    """What the driver calls of this filter; None where the declaration says what happens without it."""
+    """The functions of this filter for the driver; None: the declaration's default."""
     schedule, inflation, calibration = flt.schedule, flt.inflation, flt.calibration
     filled: driver.Hooks = fill(
         driver.hooks,
@@ -151,7 +151,7 @@ def bind_axis(flt: Filter) -> AxisDriver:
 
 
 def check_engine(engine: str) -> None:
-    """Refuses what is no engine.
+    """Refuses an unknown engine.
 
     Raises:
         LevelheadError: no engine of that name, or Numba is missing.

@@ -17,7 +17,7 @@ POINTS = 600  # at most: about as many as a picture shows
 
 
 class CalibrationHistory(NamedTuple):
-    """What was known of a sensor at k times."""
+    """The calibration of a sensor at k times."""
 
     t: Array  # (k,) s
     known: list[Calibration]
@@ -38,10 +38,10 @@ def calibration_history(
     prior: Calibration | None = None,
     every: float = 1.0,
 ) -> CalibrationHistory:
-    """What a filter knows of its sensor after each second of a recording.
+    """The filter's calibration of its sensor after each second of a recording.
 
     Args:
-        recording: what the sensors said.
+        recording: the sensors' readings.
         params: a filter that learns: ``ESKF``.
         guard: as for ``fuse``.
         engine: as for ``fuse``.

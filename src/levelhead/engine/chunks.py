@@ -112,5 +112,5 @@ class ChunkRun:
 
     @property
     def calibration(self) -> Calibration | None:
-        """What the filter has learned of its sensor by now; None if it learns nothing."""
+        """The filter's calibration of its sensor by now; None if it learns nothing."""
         return read_calibration(filters.of(self._params), self._state.settings, self._state.carry, self._prior)

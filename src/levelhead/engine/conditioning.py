@@ -107,7 +107,7 @@ def missing_bits(gyr: Vec3, acc: Vec3, mag: Vec3) -> int:
 
 
 class DetectorHooks(Protocol):
-    """What conditioning calls of the guard's detectors; see ``driver.Hooks``."""
+    """The functions of the guard's detectors that conditioning calls; see ``driver.Hooks``."""
 
     @staticmethod
     @kernel
@@ -127,7 +127,7 @@ class DetectorHooks(Protocol):
     @staticmethod
     @kernel
     def accepted_rate(detected: DetectorState, gyr: Vec3) -> Vec3:
-        """The rate (rad/s) that stands for the sample that was just detected."""
+        """The rate (rad/s) in place of the sample that was just detected."""
         return gyr
 
     @staticmethod

@@ -34,14 +34,14 @@ NEW_FIELD = 0.002  # rad², of a heading when another field is taken for the ear
 
 
 class Settings(NamedTuple):
-    """What a user chooses: the filter's parameters, and the guard's."""
+    """The user's choice: the filter's parameters, and the guard's."""
 
     filter: Params
     guard: Guard
 
 
 class FilterRun(NamedTuple):
-    """What one filter with its parameters carries from one sample to the next."""
+    """The carry of one filter from one sample to the next."""
 
     state: FilterState  # the filter's
     health: int
@@ -50,14 +50,14 @@ class FilterRun(NamedTuple):
 
 
 class Carry(NamedTuple):
-    """What goes from one sample to the next: the carry of a scan, as in ``jax.lax.scan``."""
+    """The carry from one sample to the next, as in ``jax.lax.scan``."""
 
     sample: ConditionedSample
     run: FilterRun
 
 
 class Hooks(Protocol):
-    """What the driver calls of a filter and of the guard in front of it.
+    """The functions of a filter and of its guard that the driver calls.
 
     A hook that has a body is optional: the body is what happens without it. ``params`` are the filter's.
     """
@@ -130,7 +130,7 @@ class Hooks(Protocol):
 
 
 class AidingHooks(Protocol):
-    """What the driver calls of a filter that takes position, velocity and height."""
+    """The functions that the driver calls of a filter with position, velocity and height."""
 
     @staticmethod
     def update(params: Params, state: FilterState, row: int, value: float, sigma: float, age: float) -> FilterState:

@@ -33,7 +33,7 @@ NO_APPROACH = Approach(ZERO, ZERO, 0.0)
 def axis_slope(slope: float, last: float, reading: float, full: float, first: bool, dt: float) -> float:
     """Slope of one axis as it reached full scale, u/s; 0 where it is below.
 
-    ``slope`` is that of the sample before, and of a body that was hit it says nothing.
+    ``slope`` is that of the sample before, and of a body that was hit it has no meaning.
     """
     if -full < reading < full:
         return 0.0
@@ -70,7 +70,7 @@ def update_approach(approach: Approach, reading: Vec3, extreme: Extreme, dt: flo
 
 @kernel
 def mean_beyond(approach: Approach, dt: float) -> Vec3:
-    """What the last reading, of ``dt`` seconds, leaves out in the mean; at most as much as it reads."""
+    """The mean excess that the last reading, of ``dt`` seconds, leaves out; at most as much as it reads."""
     if approach.time == 0.0:
         return ZERO
     beyond = scale(approach.slope, (approach.time - 0.5 * dt) / 3.0)

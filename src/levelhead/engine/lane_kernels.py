@@ -1,4 +1,4 @@
-"""The driver over all lanes of a block, as kernels; ``lanes`` binds and compiles them, and says what for."""
+"""The driver over all lanes of a block, as kernels; ``lanes`` binds and compiles them for their use."""
 
 from collections.abc import Callable
 from math import nan
@@ -20,7 +20,7 @@ from levelhead.kernels.vec3 import ZERO, Vec3
 
 
 class LaneHooks(Protocol):
-    """What lanes are compiled for, and their block of memory; ``at`` is its address."""
+    """The observer that lanes are compiled for, and their block of memory; ``at`` is its address."""
 
     HAS_MAG: bool  # without a magnetometer its part of the filter is not compiled
     OWN_SIGMA: bool  # as ``driver.Hooks``
@@ -63,7 +63,7 @@ class ObserverHooks(Protocol):
 
     @staticmethod
     def observe(sums: Tree, quat: Quat, truth: Quat) -> Tree:
-        """What has been observed, with one more sample."""
+        """The observation with one more sample."""
         ...
 
     @staticmethod
@@ -78,7 +78,7 @@ class ObserverHooks(Protocol):
 
 
 class SinkHooks(Protocol):
-    """What happens to the results of a sample."""
+    """The use of a sample's results."""
 
     @staticmethod
     def take(at: int, guard: Guard, i: int, more: Tree) -> None:

@@ -44,7 +44,7 @@ NOTHING = np.empty(0)
 
 
 class Observer(NamedTuple):
-    """What is accumulated of each run against the truth, sample by sample."""
+    """The sums of each run's errors against the truth, sample by sample."""
 
     name: str
     observe: KernelFunction  # kernel (sums, quat, truth) -> sums
@@ -66,7 +66,7 @@ def switches(params: Params) -> tuple[tuple[str, bool], ...]:
 
 
 class Variant(NamedTuple):
-    """What lanes are compiled for."""
+    """The key of a compilation of lanes."""
 
     flt: Filter
     guarded: bool
@@ -231,7 +231,7 @@ def observe_lanes(
     workers: int | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> Array:
-    """What an observer accumulates of the run of each parameter set; no track is kept.
+    """The sums of an observer over the run of each parameter set; no track is kept.
 
     Args:
         recording: what the sensors results.

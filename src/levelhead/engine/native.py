@@ -1,8 +1,8 @@
 """The native engine: the filters of the house as C, generated from their kernels and compiled with the package.
 
 A filter is an object of the extension with its own memory. Parameters and state go in and out as bytes, eight for each
-number in order, which is what ``Stream.save`` writes too. The extension says of each filter from which files it was
-generated, and their digest: where a file has changed since, another engine takes the filter's place.
+number in order, as in ``Stream.save``. The extension holds for each filter the files from which it was generated, and
+their digest: where a file has changed since, another engine takes the filter's place.
 """
 
 import functools
@@ -27,7 +27,7 @@ KINDS = ("IMU_FILTERS", "AXIS_FILTERS", "SMOOTHERS")  # what the extension has, 
 
 
 def native_name(flt: Filter, guarded: bool) -> str:
-    """What a filter is called in the extension."""
+    """A filter's name in the extension."""
     return flt.name if guarded or not is_guarded(flt) else f"{flt.name}_unguarded"
 
 
@@ -61,7 +61,7 @@ SHIPPED = filters.ALL  # before anybody adds one of his own
 
 
 class NativeFilter(NamedTuple):
-    """What the extension says of a filter."""
+    """The extension's facts of a filter."""
 
     files: str  # it was generated from
     digest: str
@@ -96,7 +96,7 @@ def up_to_date() -> bool:
     return hasattr(module, KINDS[-1]) and all(digest(files.split(",")) == digits for files, digits, *_ in made)
 
 
-_WARNING = threading.Lock()  # a cache alone lets every thread that comes before the first has ended say it again
+_WARNING = threading.Lock()  # a cache alone repeats the warning in each thread that comes before the first has ended
 
 
 @functools.cache
@@ -163,7 +163,7 @@ class FilterMemory:
 
 
 def smoother_name(flt: Filter, aided: bool) -> str:
-    """What a filter's smoother is called in the extension; that of its forward run begins so."""
+    """A smoother's name in the extension; that of its forward run begins so."""
     return f"{flt.name}_aided" if aided else flt.name
 
 
@@ -187,7 +187,7 @@ class NativeSmoother:
         return self._machine.words
 
     def unpack(self, carry: bytes) -> Tree:
-        """What ``forward`` gave as a Carry."""
+        """The result of ``forward`` as a Carry."""
         self._machine.words = carry
         return self._machine.state
 

@@ -37,9 +37,9 @@ def fuse_recordings(
     one after the other (``map(lh.read, paths)``) and need not fit into memory.
 
     Args:
-        recordings: what the sensors said, any number of times.
+        recordings: the sensors' readings, any number of recordings.
         params: the filter, as for ``fuse``.
-        guard: what stands in front of it, as for ``fuse``.
+        guard: in front of it, as for ``fuse``.
         engine: as for ``fuse``; "auto" decides for each recording. Plain Python runs one recording at a time.
         workers: threads; None: one for each core.
         progress: called with the number of recordings done.
@@ -48,7 +48,7 @@ def fuse_recordings(
         LevelheadError: no such filter or engine; or a recording that cannot be fused, named by its source or number.
     """
     params = filters.default() if params is None else filters.resolve(params)
-    check_engine(engine)  # a wrong name is said before the first recording is read
+    check_engine(engine)  # a wrong name is refused before the first recording is read
     return _fuse_recordings(recordings, params, guard, engine, workers, progress)
 
 
@@ -106,9 +106,9 @@ def fuse_parameter_sets(
     Compiled, sets of the same filter run side by side (``engine.lanes``), and blocks of them on all cores.
 
     Args:
-        recording: what the sensors said.
+        recording: the sensors' readings.
         parameter_sets: parameter sets, each as for ``fuse``; filters may be mixed.
-        guard: what stands in front of all of them, as for ``fuse``.
+        guard: in front of all of them, as for ``fuse``.
         engine: as for ``fuse``.
         workers: threads; None: one for each core.
 

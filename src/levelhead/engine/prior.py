@@ -22,7 +22,7 @@ def apply_prior(flt: Filter, carry: Carry, prior: Calibration | None) -> Carry:
     """The carry before the first sample, with lists, after a filter has taken the prior.
 
     Raises:
-        LevelheadError: the prior is no Calibration, or the filter estimates no calibration.
+        LevelheadError: the prior is not a Calibration, or the filter estimates no calibration.
     """
     if prior is None:
         return carry

@@ -1,6 +1,6 @@
 """The whole state of a stream as bytes, and back: going on from there equals never having stopped, to the bit.
 
-A header in JSON says what it is; behind it stand the leaves of the driver's Carry, eight bytes each (floats, or whole
+A header in JSON describes it; behind it are the leaves of the driver's Carry, eight bytes each (floats, or whole
 numbers), little-endian; a checksum ends it. The same bytes serve plain Python and compiled code.
 """
 
@@ -26,7 +26,7 @@ MAGIC = b"levelhead stream 1\n"
 
 
 class StreamState(NamedTuple):
-    """What a stream is made of."""
+    """The parts of a stream."""
 
     settings: Settings
     guarded: bool
@@ -36,7 +36,7 @@ class StreamState(NamedTuple):
 
 
 def layout(example: Tree) -> str:
-    """What the leaves mean: names and kinds, so that bytes of another layout are not taken."""
+    """The meaning of the leaves: names and kinds, so that bytes of another layout are refused."""
     if isinstance(example, tuple):
         names = getattr(type(example), "_fields", None) or range(len(example))
         return "(" + ",".join(f"{name}:{layout(part)}" for name, part in zip(names, example, strict=True)) + ")"

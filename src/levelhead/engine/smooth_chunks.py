@@ -3,7 +3,7 @@
 The forward run and the way back are those of ``smoothing``, over arrays of the whole recording, so bits are the same. A
 sample takes 168 bytes in these files, which the system writes out and drops as it needs memory; what the forward run
 saves now and then goes to a file too. Another process can go on with the files of one that was ended. Pressure and GNSS
-are left aside, and a warning says so.
+are left aside, with a warning.
 """
 
 import logging
@@ -213,7 +213,7 @@ class ChunkSmoother:
         self._turn = run.turn
 
     def _keeper(self, run: Smoother, stretches: SavedStretches, file: BinaryIO) -> Callable[[int | None], None]:
-        """What is done after each stretch: memory is given back, and the state kept."""
+        """The end of each stretch: memory is given back, and the state kept."""
         count = 0
 
         def state(following: int | None) -> JsonObject:

@@ -17,7 +17,7 @@ SHORTEST = 1e-9  # s, a block
 
 
 class Hooks(Protocol):
-    """What the smoother calls of a filter: members of its ``contract.Smoothing``."""
+    """The functions of a filter that the smoother calls: members of its ``contract.Smoothing``."""
 
     WIDTH: int  # numbers of a block
 
@@ -58,7 +58,7 @@ class Hooks(Protocol):
 
 
 class NavHooks(Protocol):
-    """What it calls besides where there is aiding: members of ``contract.AidedSmoothing``."""
+    """Its further functions with aiding: members of ``contract.AidedSmoothing``."""
 
     @staticmethod
     def read_nav(kept: Array, first: int, memory: Array) -> NavState:
@@ -88,7 +88,7 @@ class BlockRows(NamedTuple):
 
 
 class FlatTrack(NamedTuple):
-    """What comes out, flat."""
+    """The results, flat."""
 
     quat: Array  # 4 a sample
     bias: Array  # 3

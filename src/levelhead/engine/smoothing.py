@@ -121,7 +121,7 @@ def bind_aided_smoother(flt: Filter, guarded: bool) -> BoundSmoother:
 
 
 def choose_smoother_engine(engine: str, flt: Filter, guarded: bool, aided: bool) -> str:
-    """What ``engine`` means for the smoother of a filter: without a native one machine code at any length.
+    """The engine of a filter's smoother: without a native one machine code at any length.
 
     Raises:
         LevelheadError: no such engine.
@@ -261,7 +261,7 @@ class Smoother:
 
     @property
     def memory(self) -> list[float]:
-        """What the way back knows of all that follows."""
+        """The backward pass's knowledge of all that follows."""
         return list(map(float, self._memory))
 
     @memory.setter
@@ -284,7 +284,7 @@ class Smoother:
         return count, Stretch(stop, self._pack(end))
 
     def calibration_at_end(self, end: Stretch) -> Calibration | None:
-        """What was known of the sensor at the end, which is all there is to know."""
+        """The calibration at the end, which uses the whole recording."""
         carry = self._unpack(end.carry)
         self.turn = self._parts.turn_north(self._params, carry.run.state)
         return read_calibration(self._bound.flt, self._settings, carry, self._prior)
@@ -317,7 +317,7 @@ def smooth(
     """Orientation of every sample of a recording, with all of the recording known: the best there is offline.
 
     Args:
-        recording: what the sensors said, SI units; pressure and GNSS give the track position and velocity.
+        recording: the sensors' readings in SI units; pressure and GNSS give the track position and velocity.
         params: of the self-calibrating filter ``ESKF``; None: those of ``filters.offline``. Blocks are made 0.25 s long
             at least, without pressure and GNSS.
         guard: as for ``fuse``.

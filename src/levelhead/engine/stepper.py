@@ -29,7 +29,7 @@ Triple = tuple[float, float, float]
 Four = tuple[float, float, float, float]
 Eleven = tuple[float, float, float, float, float, float, float, float, float, float, float]
 Place = Any  # the ``place`` of the same stepper: itself, an address, or a block of memory
-MOST_DT = 1e9  # s: what is longer is no interval between samples
+MOST_DT = 1e9  # s: the longest interval between samples
 
 
 class MemoryHooks(Protocol):

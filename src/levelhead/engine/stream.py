@@ -40,7 +40,7 @@ def _live_engine(engine: str, native: bool) -> str:
     return choose_engine(engine, 0, native)
 
 
-def _triple(values: Any) -> Triple:  # Any: whatever a user gives; what is no row of numbers raises TypeError
+def _triple(values: Any) -> Triple:  # Any: a user's value; other things than a row of numbers raise TypeError
     """A tuple of Python floats: NumPy's own scalars make everything after them several times slower."""
     return tuple(values.tolist() if type(values) is ndarray else values)
 
@@ -330,7 +330,7 @@ class Stream:
         The filter must be one that takes position, velocity or height (``ESKF``); this holds for every ``update_…``.
 
         Args:
-            pressure: Pa; NaN is no reading.
+            pressure: Pa; NaN: no reading.
             sigma: 1σ in Pa.
             age: seconds from the reading to the last sample; below 0 where it came after.
 
@@ -363,7 +363,7 @@ class Stream:
         self._update_vector("velocity", "m/s", VELOCITY, velocity, sigma, age)
 
     def update_zero_velocity(self, sigma: float = 0.1, age: float = 0.0) -> None:
-        """Takes a velocity of zero, of a foot on the ground or a wheel that stands; sigma: 1σ along each axis, m/s."""
+        """Takes a velocity of zero, of a foot on the ground or a wheel at rest; sigma: 1σ along each axis, m/s."""
         deviation = _number("sigma", sigma, "m/s", positive=True)
         for i in range(3):
             self._update_row(ZERO_VELOCITY + i, 0.0, deviation, age)
@@ -425,7 +425,7 @@ class Stream:
 
     @property
     def numbers(self) -> tuple[float, ...]:
-        """What ``output`` says as plain numbers, cheapest of all: quat (4), bias (3), sigma (3), health."""
+        """``output`` as plain numbers, cheapest of all: quat (4), bias (3), sigma (3), health."""
         numbers: Eleven = self._stepper.report(self._place)
         if self._heading is None:
             return numbers
@@ -467,7 +467,7 @@ class Stream:
 
     @property
     def calibration(self) -> Calibration | None:
-        """What the filter has learned of its sensor by now, or None if it learns nothing."""
+        """The filter's calibration of its sensor by now, or None if it learns nothing."""
         return read_calibration(self._filter, self._stepper.params, self._stepper.state, self._prior)
 
     @property
@@ -569,7 +569,7 @@ class AxisStream:
 
     @property
     def report(self) -> AxisReport:
-        """Everything that the filter tells after the last sample: level, rate, bias, variances, gain, innovation."""
+        """The filter's full report after the last sample: level, rate, bias, variances, gain, innovation."""
         return bind_axis(self._filter).axis.read(self._stepper.state)
 
     @property

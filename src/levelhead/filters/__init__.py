@@ -85,7 +85,7 @@ def of(params: object) -> Filter:
 
 
 def module_of(flt: Filter) -> str:
-    """Name of the module or package whose docstring describes a filter: that in which its FILTER stands."""
+    """Name of the module or package whose docstring describes a filter: that of its FILTER."""
     return flt.step.__module__.removesuffix(".filter")
 
 

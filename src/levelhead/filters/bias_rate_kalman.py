@@ -50,7 +50,7 @@ class Axis(NamedTuple):
 
 
 class Report(NamedTuple):
-    """What one axis tells: estimates, variances (diagonal of P) and innovation."""
+    """The state of one axis: estimates, variances (diagonal of P) and innovation."""
 
     level: float
     rate: float
@@ -220,7 +220,7 @@ def step(params: BiasRateKalman, state: State, gyr: Vec3, acc: Vec3, mag: Vec3, 
 
 @kernel
 def inflate_angle(p: Mat3, variance: float) -> Mat3:
-    """An angle less sure, and what it told about the bias and its rate forgotten."""
+    """An angle less certain, without its correlation with the bias and its rate."""
     return Mat3(p.xx + variance, 0.0, 0.0, 0.0, p.yy, p.yz, 0.0, p.zy, p.zz)
 
 

@@ -38,7 +38,7 @@ LESSON_DT = 0.01  # s: the 100 Hz at which the α of tutorials is meant
 
 
 def tau_of_alpha(alpha: float, dt: float = LESSON_DT) -> float:
-    """τ = α·dt/(1 − α), seconds: the time constant that α stands for at the sample interval ``dt``."""
+    """τ = α·dt/(1 − α), seconds: the time constant of α at the sample interval ``dt``."""
     return alpha * dt / (1.0 - alpha)
 
 
@@ -98,7 +98,7 @@ class Complementary(Values):
 
         @property
         def alpha(self) -> float:
-            """The weight at 100 Hz that ``tau`` stands for."""
+            """The weight of ``tau`` at 100 Hz."""
 
 
 class Level(NamedTuple):
@@ -132,7 +132,7 @@ def level_step(params: Complementary, state: Level, level: float, rate: float, d
 
 @kernel
 def level_read(state: Level) -> Level:
-    """All there is to tell."""
+    """The full state of the axis."""
     return state
 
 

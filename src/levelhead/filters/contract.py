@@ -1,4 +1,4 @@
-"""What a filter is: data. Parameters that explain themselves, pure functions, and facts.
+"""A filter is data: parameters that explain themselves, pure functions, and facts.
 
     class Kalman(NamedTuple):                       what a human sets; each field an Annotated[float, Param(...)]
     class State(NamedTuple):                        what goes from sample to sample; floats and NamedTuples of floats
@@ -7,7 +7,7 @@
     output(params, state) -> Output                 orientation, bias, σ and health of a state
 
 ``gyr`` rad/s, ``acc`` m/s², ``mag`` µT are ``Vec3`` in the sensor frame, ``dt`` seconds; an absent sensor is the zero
-vector. What only some filters can do comes in groups of further functions, each of them optional: ``Schedule``,
+vector. Abilities of some filters are groups of further functions, each of them optional: ``Schedule``,
 ``Inflation``, ``Aiding``, ``SelfCalibration``, ``Smoothing``, ``AxisFilter``. This file imports no filter.
 """
 
@@ -85,7 +85,7 @@ class Inflation(NamedTuple):
 # Rows of an aiding measurement: the first of three axes (east, north, up), or the only one
 POSITION = 0  # m
 VELOCITY = 3  # m/s
-ZERO_VELOCITY = 6  # m/s, of a body that stands, which has no direction
+ZERO_VELOCITY = 6  # m/s, of a body on the ground, which has no direction
 HEIGHT = 9  # m, by barometer
 
 

@@ -1,4 +1,4 @@
-"""What ``Mahony`` and ``Madgwick`` have in common: filters that rotate the attitude towards measured directions.
+"""The common part of ``Mahony`` and ``Madgwick``: filters that rotate the attitude towards measured directions.
 
 Their state is the attitude, a bias and an age: until it reaches a time constant, gains are those of a running mean.
 """

@@ -1,4 +1,4 @@
-"""Health bits: what was wrong with a sample and what was done about it, said instead of hidden."""
+"""Health bits: the faults of a sample and the filter's response to them."""
 
 GYR_MISSING = 1  # the last rate was held
 ACC_MISSING = 2  # nothing corrected tilt
@@ -13,7 +13,7 @@ ACC_REJECTED = 512  # too far from g and from the prediction: not used
 MAG_REJECTED = 1024  # norm or dip are not those of the field learned: not used
 MAG_LEARNED = 4096  # a new field was taken for the earth's: from here on heading follows it
 AID_REJECTED = 8192  # position, velocity or height far from the prediction: not used
-TURN_MISSED = 16384  # the velocity that a wrong tilt makes says so: σ grows, and gravity corrects tilt
+TURN_MISSED = 16384  # the velocity that a wrong tilt makes shows it: σ grows, and gravity corrects tilt
 GYR_SPIKE = 32768  # the rate before was far from those around it: not used
 AT_REST = 2048  # nothing wrong: the sensor is still, and its bias is being learned
 

@@ -88,7 +88,7 @@ def noise(params: Kalman, dt: float, unit: float) -> Noise:
 
 @kernel
 def predict_turn(params: Kalman, p: Covariance, dt: float, w: Noise) -> Covariance:
-    """``predict`` for an angle of an IMU: across a gap the angle is lost, and tells nothing about the bias after it."""
+    """``predict`` for an angle of an IMU: across a gap the angle is lost, and shows nothing of the bias after it."""
     if dt > GAP_SECONDS:
         return Covariance(after_gap(p.level, dt), 0.0, bias_after_gap(p.bias, w.bias, params.p_bias * DEG2))
     return predict(p, dt, w.level, w.bias)
@@ -148,7 +148,7 @@ def axis_step(params: Kalman, axis: Axis, level: float, rate: float, dt: float, 
 
 @kernel
 def axis_read(axis: Axis) -> Axis:
-    """All there is to tell."""
+    """The full state of the axis."""
     return axis
 
 
@@ -165,7 +165,7 @@ def init(params: Kalman, gyr: Vec3, acc: Vec3, mag: Vec3) -> State:
 def step(params: Kalman, state: State, gyr: Vec3, acc: Vec3, mag: Vec3, dt: float) -> State:
     """Eqs. 1 to 4 on each axis; the attitude is turned as a whole, so the axes share the right kinematics.
 
-    What the axes learn of the bias is added in the sensor frame, where a bias stays put while the sensor turns.
+    The axes' corrections of the bias are added in the sensor frame, where a bias stays put while the sensor turns.
     """
     w = noise(params, dt, DEG2)
     attitude = quat.integrate(state.quat, sub(gyr, state.bias), dt)
@@ -203,7 +203,7 @@ def step(params: Kalman, state: State, gyr: Vec3, acc: Vec3, mag: Vec3, dt: floa
 
 @kernel
 def inflate_angle(p: Covariance, variance: float) -> Covariance:
-    """An angle less sure, and what it told about the bias forgotten."""
+    """An angle less certain, without its correlation with the bias."""
     return Covariance(p.level + variance, 0.0, p.bias)
 
 

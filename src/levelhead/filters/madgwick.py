@@ -22,10 +22,10 @@ turns by the rotation vector
 A step of fixed length jumps to and fro about the minimum, so k is at most 1/n with n sensors. That is one over the
 largest curvature of Σ ½|ŝ − s|² over ρ, and never leads uphill. Beyond a right angle (A) fades though the error grows,
 and with both sensors there are false minima. While up is wrong by that much, gravity alone pulls, with a unit vector: a
-field says nothing about north to one who takes down for up. While north is, the field pulls about the vertical, with a
+field does not show north while down is mistaken for up. While north is, the field pulls about the vertical, with a
 unit vector.
 
-The gradient is taken where the gyroscope says that the sensor is now. The report takes it at the attitude of the sample
+The gradient is taken at the attitude that the gyroscope predicts. The report takes it at the attitude of the sample
 before, ω dt behind the measurement: at 100 Hz and 5 rad/s it would pull 3° back for ever.
 """
 
@@ -138,7 +138,7 @@ def step(params: Madgwick, state: State, gyr: Vec3, acc: Vec3, mag: Vec3, dt: fl
 
 @kernel
 def gains(params: Madgwick, state: State, dt: float) -> Gains:
-    """What a normalised step takes of an innovation on average, for a state after its sample.
+    """The mean share of an innovation that a normalised step corrects, for a state after its sample.
 
     Its direction is mostly noise: of a small innovation x the mean of the unit vector along x + noise is √(π/8) x/σ, so
     that the share is 2 β dt √(π/8)/σ (the describing function of a two-dimensional relay), with σ = NOISE. Heading

@@ -5,7 +5,7 @@ in ``kernels.two_state``; the filter takes the share K of an innovation of varia
 the bias, which is Joseph's form with the gain (K, −k). So σ grows where nothing corrects, and shrinks only as fast as
 the filter really averages.
 
-What disturbs an innovation is no white noise: an acceleration lasts for a while, and so does an iron beam. With
+The disturbance of an innovation is not white noise: an acceleration lasts for a while, and so does an iron beam. With
 variance s and duration τ its white equivalent at one sample is
 
     r = s (1 + (1 − K) 2 τ/Δt)                                                                                  (1)

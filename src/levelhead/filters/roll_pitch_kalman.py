@@ -18,9 +18,9 @@ and the covariance in 2×2 blocks P = [[P_a, C], [Cᵀ, P_b]] is propagated by
 The accelerometer measures φ and θ: S = P_a + R, K_a = P_a S⁻¹, K_b = Cᵀ S⁻¹, P ← P − K S Kᵀ, with
 R = r_measure·diag(1/cos² θ, 1), because a given acceleration error turns roll the more the steeper the pitch.       (6)
 
-Unlike two filters side by side this one knows that the biases of both axes act on roll as soon as the sensor is
+Unlike two filters side by side this one models that the biases of both axes act on roll as soon as the sensor is
 pitched. Its limit is the same: (1) divides by cos θ. Beyond 78° of pitch roll is not corrected, the divisor is held at
-cos 85°, and ``health`` says so; use a quaternion filter for motion that lives there. Yaw is the integrated rate.
+cos 85°, and ``health`` has a bit for it; use a quaternion filter for motion near it. Yaw is the integrated rate.
 """
 
 from math import inf, sqrt
@@ -108,7 +108,7 @@ def predict(params: RollPitchKalman, state: State, gyr: Vec3, dt: float) -> Stat
     q_bias = params.q_bias * DEG2 * dt
     biases = mat2.add(state.biases, diagonal(q_bias, q_bias))
     attitude = quat.integrate(state.quat, Vec3(p, q, r), dt)
-    if dt > GAP_SECONDS:  # the angles are lost, and tell nothing about the biases afterwards
+    if dt > GAP_SECONDS:  # the angles are lost, and show nothing of the biases afterwards
         lost = diagonal(after_gap(state.angles.xx, dt), after_gap(state.angles.yy, dt))
         known = diagonal(
             bias_after_gap(state.biases.xx, q_bias, params.p_bias * DEG2),
@@ -140,7 +140,7 @@ def predict(params: RollPitchKalman, state: State, gyr: Vec3, dt: float) -> Stat
 
 @kernel
 def correct(state: State, acc: Vec3, r: float) -> State:
-    """Eq. 6 with the accelerometer's roll and pitch, unless the roll axis is nearly vertical; then nothing, said so."""
+    """Eq. 6 with the accelerometer's roll and pitch, unless the roll axis is nearly vertical; then a health bit."""
     up = quat.up(state.quat)
     s = mat2.inverse(mat2.add(state.angles, diagonal(r / tilt.roll_weight(up), r)))
     if tilt.steep(acc) or not s.ok:
@@ -180,7 +180,7 @@ def step(params: RollPitchKalman, state: State, gyr: Vec3, acc: Vec3, mag: Vec3,
 
 @kernel
 def inflate(params: RollPitchKalman, state: State, variance: float) -> State:
-    """Both angles less sure, and what they told about the biases forgotten."""
+    """Both angles less certain, without their correlation with the biases."""
     attitude, bias, biases = state.quat, state.bias, state.biases
     coasted, health = state.coasted, state.health
     xx, xy, yx, yy = state.angles
@@ -198,7 +198,7 @@ def inflate(params: RollPitchKalman, state: State, variance: float) -> State:
 
 @kernel
 def output(params: RollPitchKalman, state: State) -> Output:
-    """Attitude, the two biases, σ and health; nothing tells yaw's bias, so its variance is p_bias t² + q_angle t."""
+    """Attitude, the two biases, σ and health; nothing measures yaw's bias, so its variance is p_bias t² + q_angle t."""
     p_yaw = (params.p_bias * state.coasted + params.q_angle) * state.coasted * DEG2
     return Output(
         quat=state.quat,

@@ -1,4 +1,4 @@
-"""Triad: the attitude that accelerometer and magnetometer say together, anew at every sample.
+"""Triad: the attitude from accelerometer and magnetometer alone, anew at every sample.
 
 TRIAD (``kernels/triad.py``, eqs. 1 and 2) builds a frame from two directions. With gravity first it *is* the
 tilt-compensated compass of the application notes,

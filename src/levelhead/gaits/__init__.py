@@ -1,7 +1,7 @@
 """The walk of a foot with a sensor on it: stance, strides and position, bounded by the ground that does not move.
 
-``stance`` finds when the foot stands; ``ESKF``'s smoother has its velocity as a measurement there; ``strides`` cuts the
-walk into strides and keeps a level floor level.
+``stance`` finds when the foot is on the ground; ``ESKF``'s smoother has zero velocity as a measurement; ``strides`` cuts
+the walk into strides and keeps a level floor level.
 """
 
 from collections.abc import Callable
@@ -67,7 +67,7 @@ def gait(
     level: bool = True,
     progress: Callable[[float], None] | None = None,
 ) -> Gait:
-    """Position and strides of a foot, by a sensor on the shoe: velocity is zero where the foot stands.
+    """Position and strides of a foot, by a sensor on the shoe: velocity is zero where the foot is on the ground.
 
     Stances are found by a likelihood ratio (I. Skog, P. Händel, J.-O. Nilsson, J. Rantakokko, IEEE Trans. Biomed. Eng.
     57(11), 2010) whose noises the recording shows. The smoother of ``ESKF`` has the zero velocities as measurements.

@@ -19,7 +19,7 @@ class GaitStream:
     """``Stream`` with a zero velocity at each sample of a stance.
 
     A stance is found from the last 0.1 s by the likelihood ratio of ``stance``, whose noises follow the walk. It is
-    late by half of that; ``gait`` of a recording is not, and its position has a third to half of the error.
+    late by half of that; ``gait`` of a recording is not.
 
     Args:
         params: a filter that takes aiding; None: ESKF.

@@ -1,4 +1,4 @@
-"""When a foot stands: a likelihood ratio of two noises, whose sizes the recording shows.
+"""Stances of a foot: a likelihood ratio of two noises, whose sizes the recording shows.
 
 Over windows of ``WINDOW`` s, with u the direction of the mean specific force there,
 

@@ -1,9 +1,9 @@
 """The guard: bad readings are held back before a filter sees them, once, and the same for all filters.
 
 ``detectors`` needs the readings alone: full scale, axes that hang, force that is not gravity. ``rest`` decides whether
-the sensor is at rest and reads the gyroscope's bias off; ``field`` knows the earth's field. Here are the gates, which
-also need the filter's attitude: accelerations that are not gravity and fields that are not the earth's are held back,
-for a bounded time. Each gate says why by a bit of ``filters.health``.
+the sensor is at rest and reads the gyroscope's bias off; ``field`` estimates the earth's field. The gates here also
+need the filter's attitude: accelerations that are not gravity and fields that are not the earth's are held back,
+for a bounded time. Each gate reports its reason by a bit of ``filters.health``.
 """
 
 from math import sqrt
@@ -25,7 +25,7 @@ GATES_FIELD = True  # False for a filter that gates the field itself
 
 
 class GuardState(NamedTuple):
-    """What the guard keeps of one run of a filter."""
+    """The guard's memory of one run of a filter."""
 
     rest: Rest
     acc_rejected: float  # s for which the specific force has not been gravity

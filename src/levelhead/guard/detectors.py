@@ -1,7 +1,7 @@
 """Detectors that need the readings alone: full scale, axes that hang, spikes, and specific force that is not gravity.
 
 Their results are the same for every run over a recording, so lanes compute them once for all. A reading that is missing
-is left out: the slow mean stands for it in the sums for rest, and no other detector uses it.
+is left out: the slow mean replaces it in the sums for rest, and no other detector uses it.
 """
 
 from typing import NamedTuple
@@ -69,7 +69,7 @@ class Repeat(NamedTuple):
 
 
 class DetectorState(NamedTuple):
-    """What the detectors keep of the readings, and what they found in the last of them."""
+    """The detectors' memory of the readings, and their findings in the last of them."""
 
     sums: Sums
     means: SlowMeans
@@ -286,7 +286,7 @@ def detect(
 
 @kernel
 def accepted_rate(state: DetectorState, gyr: Vec3) -> Vec3:
-    """The rate (rad/s) that stands for the last sample, see ``rate_jump``; zero from a gyroscope that hangs."""
+    """The rate (rad/s) in place of the last sample, see ``rate_jump``; zero from a gyroscope that hangs."""
     if is_silent(state.noise):
         return ZERO
     return add(state.jump.rate, state.jump.returned)

@@ -1,4 +1,4 @@
-"""The earth's magnetic field as the guard knows it: norm and dip, and whether a reading is of it."""
+"""The guard's estimate of the earth's magnetic field: norm and dip, and whether a reading is of it."""
 
 from math import sqrt
 from typing import NamedTuple

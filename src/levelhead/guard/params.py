@@ -7,7 +7,7 @@ from levelhead.filters.parameters import nonnegative, parameters
 
 @parameters()
 class Guard(NamedTuple):
-    """What counts as rest, as saturation and as disturbance; the defaults need no thought."""
+    """Thresholds of rest, saturation and disturbance; the defaults need no thought."""
 
     gyr_range: Annotated[float, nonnegative("deg/s", "full scale of the gyroscope; 0: found when it clips")] = 0.0
     acc_range: Annotated[float, nonnegative("m/s²", "full scale of the accelerometer; 0: found when it clips")] = 0.0

@@ -1,7 +1,7 @@
-"""Spikes of a gyroscope: single rates that the samples before and after them do not know.
+"""Spikes of a gyroscope: single rates without support in the samples before and after them.
 
 A bus that loses a bit gives one rate that is far off, and a filter integrates it. A rate that jumps is held back, and
-the last one stands for it. The next sample decides. If its rate is nearer to the one that was held back, the body did
+the last one replaces it. The next sample decides. If its rate is nearer to the one that was held back, the body did
 jump, and what was held back is returned with that rate, so that no rotation is lost.
 
 The accelerometer decides too. A body that changes its rate by Δω in dt turns with the acceleration Δω/dt. A sensor
@@ -63,7 +63,7 @@ def is_felt(change2: float, force2: float, dt: float) -> bool:
 def update_jump(jump: Jump, gyr: Vec3, acc: Vec3, plausible: bool, dt: float) -> Jump:
     """After a rate (rad/s) and a specific force (m/s²) that stand for ``dt`` seconds.
 
-    ``plausible``: it is no spike, however large: at a known full scale, or after samples that were lost.
+    ``plausible``: it is not a spike, however large: at a known full scale, or after samples that were lost.
     """
     change = sub(gyr, jump.rate)
     change2 = dot(change, change)

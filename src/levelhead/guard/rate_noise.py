@@ -3,7 +3,7 @@
 A chip or its firmware that hangs may repeat a rate to a digit instead of exactly, so that no axis is stuck to the last
 bit. But the noise of a sensor does not vanish. At rest an axis changes from one sample to the next by c in the mean,
 and by more than ``SMALL`` c with the probability p. If it then changes by less n times in a row while the accelerometer
-says that the body moves, that has the probability (1 − p)ⁿ < exp(−p n): beyond p n = ``SURE`` it does not measure.
+decides that the body moves, that has the probability (1 − p)ⁿ < exp(−p n): beyond p n = ``SURE`` it does not measure.
 An axis that stays at one digit at rest has a small p, and is given that much more time.
 """
 
@@ -48,7 +48,7 @@ def axis_evidence(evidence: float, rate: float, change: float, mean: float, shar
 
 @kernel
 def update_noise(noise: RateNoise, rate: Vec3, quiet: bool, dt: float) -> RateNoise:
-    """After a rate (rad/s) that stands for ``dt`` seconds, which is of the noise alone where it is ``quiet``."""
+    """After a rate (rad/s) over ``dt`` seconds, which is of the noise alone where it is ``quiet``."""
     (a, b, c), (p, q, r), (u, v, w), time, (e, f, g) = noise
     x = abs(rate.x - a)
     y = abs(rate.y - b)

@@ -1,7 +1,7 @@
 """Is the sensor at rest, and what is its gyroscope bias then: the only place where that is decided.
 
 Rate and specific force are averaged over short intervals. The sensor is quiet while these averages stay near their own
-slow means, and at rest once it has been quiet for ``rest_time`` with a mean rate that is no steady turn. At rest the
+slow means, and at rest once it has been quiet for ``rest_time`` with a mean rate that is not a steady turn. At rest the
 mean rate is the bias. Before it has moved for the first time, a sensor that is n times as quiet as it has to be needs a
 n-th of that time: most lie still when they are switched on, and many not for long.
 """

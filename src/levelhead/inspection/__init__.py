@@ -45,8 +45,8 @@ def inspect(path: str | os.PathLike[str], **hints: Any) -> Report:
         hints: as for ``levelhead.read``: map, units, counts, rate, sensor, session.
 
     Returns:
-        A report. Where the log cannot be read its ``recording`` is None and the verdict says why; where it lacks only
-        what a hint would tell, it is examined under the hint that the error names.
+        A report. Where the log cannot be read its ``recording`` is None and the verdict gives the reason; where only a
+        hint is missing, it is examined under the hint that the error names.
     """
     source = os.fspath(path)
     missing: list[Finding] = []
@@ -85,7 +85,7 @@ def examine(recording: Recording, source: str = "", before: list[Finding] | None
 
 
 def list_findings(recording: Recording, before: Sequence[Finding] = ()) -> list[Finding]:
-    """What is wrong with a recording, the worst first; of two findings with one name the first counts."""
+    """Findings on a recording, the worst first; of two findings with one name the first counts."""
     return _collect(recording, (*FAULTS, *_remarks()), before)
 
 

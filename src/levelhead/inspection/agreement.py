@@ -1,6 +1,6 @@
 """Whether gyroscope, accelerometer and magnetometer agree about each turn: scale, wiring and mounting of each.
 
-Let G, A and B be what stands between the true rate, force and field and the readings. From u' = u × ω follows that
+Let the matrices G, A and B lead from the true rate, force and field to the readings. From u' = u × ω follows that
 the matrix M between the gyroscope and the turn that a sensor shows is det(A) A G⁻¹ (for an orthogonal A), or
 det(B) B G⁻¹. Each fault of one sensor is a family of such matrices. The fits and their covariances judge each; the
 one with the least χ² + penalty wins (G. Schwarz, Estimating the dimension of a model, Ann. Statist. 6, 1978).
@@ -29,7 +29,7 @@ from levelhead.units import DEGREE
 FLOOR = 0.02  # 1σ of each number of M: scale errors of good sensors, and what no model has
 FOLLOWS = 0.6  # share of the turn that forces, or iron nearby, may mimic
 SETTLED = 0.03  # 1σ of each number of M beside the fault that was found
-MIN_SCALE_SIGMAS = 4.0  # σ by which a scale must differ from 0: nothing turns is no scale
+MIN_SCALE_SIGMAS = 4.0  # σ by which a scale must differ from 0: no turn has no scale
 UNITS = (DEGREE, 1.0 / DEGREE)  # factors that people take one unit for another by
 UNIT_SIGMA = 0.01  # of such a factor, as a share of it
 BEYOND = 4000.0 * DEGREE  # rad/s: the widest range of gyroscopes in use (data sheet of the LSM6DSV)
@@ -42,11 +42,11 @@ SLOW = 0.05  # s of delay, from which it may be a filter
 TREATMENTS = 4
 MAX_ROWS = 100_000  # rows that show the distribution of rates
 MIN_GAIN = 12.0  # of χ² + penalty, by which a fault must be better than none
-TIED = 8.0  # by which two faults are told apart
+TIED = 8.0  # by which two faults differ
 
 
 class Seen(NamedTuple):
-    """What one vector shows.
+    """The evidence of one vector.
 
     Attributes:
         role: "acc" or "mag".
@@ -254,7 +254,7 @@ def _rotation(vector: Array) -> Array:
 
 
 class Agreement(NamedTuple):
-    """What is seen, the hypotheses (the likeliest first), and by how much χ² is larger than the model has it."""
+    """The evidence, the hypotheses (the likeliest first), and the ratio of χ² to the model's."""
 
     seen: Sequence[Seen]
     faults: Sequence[Hypothesis]
@@ -262,7 +262,7 @@ class Agreement(NamedTuple):
 
     @property
     def fault(self) -> Hypothesis | None:
-        """The fault that is found; None: nothing is wrong, or the motion does not tell it."""
+        """The fault that is found; None: no fault, or the motion does not show it."""
         if not self.faults:
             return None
         best = self.faults[0]

@@ -1,4 +1,4 @@
-"""What the sensor is by its behaviour: delay between sensors, bias that runs, noise beside chips, corrected data."""
+"""The sensor by its behaviour: delay between sensors, bias that runs, noise beside chips, corrected data."""
 
 from collections.abc import Iterator
 from typing import NamedTuple
@@ -16,7 +16,7 @@ from levelhead.units import factor
 ROWS = 20_000  # that are compared at other delays
 FARTHEST = 0.12  # s of delay that is looked for
 PARTS, MIN_SIGMAS = 4, 4.0  # of a recording whose delays must agree, and standard errors by which they must
-MIN_CORRELATION = 0.7  # correlation of gravity's turn from which a delay can be told
+MIN_CORRELATION = 0.7  # correlation of gravity's turn that a delay needs
 DELAY = 0.012  # s
 MIN_BIAS_SIGMAS = 5.0  # standard errors by which the bias of two rests must differ
 RUNS = np.radians(0.1)  # rad/s
@@ -37,7 +37,7 @@ class Delay(NamedTuple):
 
 
 def find_delay(recording: Recording) -> Delay | None:
-    """The delay between both sensors, the same in all parts of a recording; None: it cannot be told."""
+    """The delay between both sensors, the same in all parts of a recording; None: it is not clear."""
     step = 1.0 / recording.rate if recording.rate > 0.0 else 1.0
     reach = int(FARTHEST / step)
     size = min(len(recording), ROWS) // PARTS
@@ -73,7 +73,7 @@ def examine_delay(recording: Recording) -> Iterator[Finding]:
 
 
 def _delay(t: Array, gyr: Array, acc: Array, shifts: NDArray[np.intp], step: float) -> float | None:
-    """The delay of the accelerometer in s at which gravity turns best as the gyroscope says; None: it is not clear."""
+    """The delay of the accelerometer in s at which gravity's turn fits the gyroscope best; None: it is not clear."""
     fits = []
     for shift in shifts:
         late, early = slice(max(shift, 0), len(t) + min(shift, 0)), slice(max(-shift, 0), len(t) - max(shift, 0))
@@ -154,7 +154,7 @@ def examine_noise(recording: Recording) -> Iterator[Finding]:
                 f"noise_{role}",
                 "note",
                 f"the {name} is {'noisier' if more else 'quieter'} at rest than the chips known here",
-                f"{scale * density:.3g} {unit}; data sheets say {scale * chips[low]:.3g} ({low}) to "
+                f"{scale * density:.3g} {unit}; data sheets: {scale * chips[low]:.3g} ({low}) to "
                 f"{scale * chips[high]:.3g} ({high}); nearest {nearest}",
                 "Something shakes it." if more else "A low-pass filter is in front of it, or it is a better sensor.",
             )

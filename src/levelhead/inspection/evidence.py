@@ -1,4 +1,4 @@
-"""What a run tells about itself: its health, its corrections, and its difference from the smoother."""
+"""The evidence in a run itself: its health, its corrections, and its difference from the smoother."""
 
 from functools import cached_property
 

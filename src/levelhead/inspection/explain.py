@@ -26,7 +26,7 @@ MIN_DURATION = 10.0  # s of a recording in which something can be seen
 
 @dataclass(frozen=True, eq=False)
 class Explanation:
-    """What a track shows, and the doctor's findings that explain none of it.
+    """Symptoms in a track, and the doctor's findings that explain none of them.
 
     Attributes:
         source: the log.

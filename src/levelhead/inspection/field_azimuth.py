@@ -1,4 +1,4 @@
-"""What error of heading the field causes: how its azimuth wanders in a frame that gyroscope and gravity hold."""
+"""The heading error that the field causes: its azimuth's change in a frame of gyroscope and gravity."""
 
 import numpy as np
 
@@ -13,7 +13,7 @@ FOLLOWS = 0.5  # share of the wandering that is in a fused heading: see ``expect
 
 
 def expected_heading_error(recording: Recording, plain: Track) -> float | None:
-    """1σ of heading in deg that the field's disturbance causes; None if the recording is too short to tell.
+    """1σ of heading in deg that the field's disturbance causes; None if the recording is too short.
 
     ``plain`` is a track of the same samples without the magnetometer: its frame is level and turns only with the drift
     of the gyroscope. There the azimuth of the field is constant, but for that drift, which is taken out as a straight

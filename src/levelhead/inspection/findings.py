@@ -1,4 +1,4 @@
-"""What the doctor reports: findings, each with evidence, size and cure, and a verdict."""
+"""The doctor's report: findings, each with evidence, size and cure, and a verdict."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -53,7 +53,7 @@ class Report:
         recording: what was read; None if nothing could be.
         findings: the worst first.
         verdict: one line.
-        sigma_tilt, sigma_heading: what to expect of a fused track, deg; None where it cannot be said.
+        sigma_tilt, sigma_heading: expected errors of a fused track, deg; None where unknown.
         heading_drift: deg a minute without a magnetometer; None with one.
         unknown: what this motion did not allow to be judged, sentences.
     """

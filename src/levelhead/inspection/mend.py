@@ -1,4 +1,4 @@
-"""What would make a recording's readings right: a record that a finding carries and ``--fix`` applies."""
+"""The mend of a recording's readings: a record that a finding carries and ``--fix`` applies."""
 
 from dataclasses import dataclass
 

@@ -1,4 +1,4 @@
-"""What is wrong with the sensors beside each other: scale at rest, bias, the field."""
+"""Findings on the sensors beside each other: scale at rest, bias, the field."""
 
 from collections.abc import Iterator
 
@@ -15,7 +15,7 @@ SCALE = 0.025  # of gravity
 MIN_SIGMAS = 3.0  # σ by which a scale found in motion must be beyond SCALE
 STRIDES = 2.0  # s, over which the accelerations of a motion cancel
 MAX_HELD = 0.09  # rad/s, and rad: 5 deg/s and 5 deg
-MAX_ROWS = 1_000_000  # rows that tell as much of a distribution as all
+MAX_ROWS = 1_000_000  # rows that show a distribution as well as all
 MIN_GRAVITY = 0.35  # g, below which there is no gravity in the force
 MIN_WINDOWS = 8  # windows of STRIDES
 BIAS = np.radians(0.45)  # rad/s
@@ -97,7 +97,7 @@ def examine_rest(recording: Recording) -> Iterator[Finding]:
 
 
 def _hardly_turns(recording: Recording) -> bool:
-    """Whether the rate stays small and gravity on one side: held in a hand, perhaps, but too still to tell anything."""
+    """Whether the rate stays small and gravity on one side: held in a hand, perhaps, but too still."""
     some = slice(None, None, 1 + len(recording) // MAX_ROWS)
     rate = np.linalg.norm(recording.gyr[some], axis=1)
     up = recording.acc[some] / np.linalg.norm(recording.acc[some], axis=1)[:, None]
@@ -109,7 +109,7 @@ def _hardly_turns(recording: Recording) -> bool:
 
 
 def scale_in_motion(recording: Recording) -> tuple[float, float]:
-    """(excess over gravity, its 1σ) as shares of gravity, from a motion without rest; (0, 0) if that tells nothing.
+    """(excess over gravity, its 1σ) as shares of gravity, from a motion without rest; (0, 0) if that shows nothing.
 
     A gyroscope against which gravity turns cannot turn the force back. A wrong one makes the mean shorter, so a force
     that is too small counts only where gravity turns as the gyroscope has it.

@@ -21,7 +21,7 @@ SAME = 0.15  # by which the mends of a half and of the whole may differ
 def write_repaired(report: Report, path: Path) -> None:
     """Writes a report's recording with what can be mended mended.
 
-    What the reader repaired (stamps, units, signs, columns) is in the recording already. Columns are t [s],
+    The reader's repairs (stamps, units, signs, columns) are in the recording already. Columns are t [s],
     gyr [rad/s], acc [m/s²], mag [µT]; the metadata "levelhead" holds the findings, the reader's notes and the changes
     as JSON.
 
@@ -76,7 +76,7 @@ def repair(report: Report) -> tuple[Recording, list[str]]:
 
 
 def _gain(recording: Recording, mend: Mend) -> float | None:
-    """How many times less a mend leaves in the half of a recording that it was not found from; None: too short to tell.
+    """How many times less a mend leaves in the half of a recording that it was not found from; None: too short.
 
     The mend is found again, by its kind, in the other half. What is left is the smaller for the worse of both halves.
     """
@@ -100,7 +100,7 @@ def _is_like(found: Mend, mend: Mend) -> bool:
 
 
 def _left(recording: Recording, role: str) -> float | None:
-    """What force and field leave when the gyroscope turns them back, as it is; bias and arm are fitted."""
+    """The residual of force and field when the gyroscope turns them back, as it is; bias and arm are fitted."""
     left = []
     for one in ("acc", "mag"):
         values = getattr(recording, one)

@@ -69,7 +69,7 @@ def find_spikes(values: Array, floor: float) -> Spikes:
     """The rows of (n, 3) ``values`` that lie more than ``floor`` from the mean of the rows beside them, alone.
 
     The neighbours agree with each other, and no reading around comes near in size: an impact rings for some samples and
-    a vibration goes on, but a lost bit stands alone.
+    a vibration goes on, but a lost bit is alone.
     """
     rows = np.flatnonzero(np.isfinite(values).all(axis=1))
     kept = values if len(rows) == len(values) else values[rows]
@@ -99,5 +99,5 @@ def _is_sharp(values: Array, size: float, k: int) -> bool:
 def _stands_alone(off: Array, k: int) -> bool:
     """Whether no deviation around row ``k`` comes near its own; those beside it hold half of it."""
     near = np.concatenate([off[max(0, k - AROUND) : max(0, k - 1)], off[k + 2 : k + AROUND + 1]])
-    beyond = near[near < 0.4 * off[k]]  # another spike near by is no excuse
+    beyond = near[near < 0.4 * off[k]]  # another spike near by does not count
     return bool(len(near)) and len(beyond) >= 0.8 * len(near) and float(beyond.max(initial=0.0)) * ALONE < off[k]

@@ -1,4 +1,4 @@
-"""What is wrong with a recording's clock: gaps, bursts, jitter, a rate too low for the motion."""
+"""Findings on a recording's clock: gaps, bursts, jitter, a rate too low for the motion."""
 
 from collections.abc import Iterator
 

@@ -113,7 +113,7 @@ def _wiring(fault: Hypothesis, rivals: Sequence[Hypothesis], evidence: str) -> F
 
 
 def change_of(matrix: Array) -> str:
-    """What is wrong, in words."""
+    """The fault in words."""
     magnitude = np.abs(matrix)
     if np.allclose(magnitude, np.eye(3)):
         axes = ["xyz"[i] for i in range(3) if matrix[i, i] < 0.0]

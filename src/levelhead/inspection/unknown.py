@@ -1,4 +1,4 @@
-"""What a log does not tell, and which 20 seconds of motion would."""
+"""The quantities that a log does not show, and the 20 seconds of motion that would."""
 
 from collections.abc import Collection, Iterator
 
@@ -16,7 +16,7 @@ MIN_CORRELATION = 0.7  # correlation of gravity's turn that proves units and axe
 
 
 def unknown(recording: Recording, found: Collection[str]) -> Iterator[str]:
-    """Sentences: what cannot be known, and the motion that would tell; ``found`` are the names of the findings."""
+    """Sentences: the unknown, and the motion that would show it; ``found`` are the names of the findings."""
     rows = excerpt(len(recording))
     t, gyr, acc = recording.t[rows], recording.gyr[rows], recording.acc[rows]
     with np.errstate(all="ignore"):

@@ -1,4 +1,4 @@
-"""What is wrong with a recording's numbers: clipping, held and missing samples, resolution."""
+"""Findings on a recording's numbers: clipping, held and missing samples, resolution."""
 
 from collections.abc import Iterator
 from typing import NamedTuple
@@ -21,8 +21,8 @@ MISSING = 0.005
 HELD = 0.2  # share of rows that repeat the row before
 HELD_MOVING = 0.1  # and where the sensor moves most, where rounding hardly repeats all three axes
 TOGETHER = 0.6  # share of rows with one axis repeated in which all are: rounding repeats axes one by one
-BLOCK = 25  # rows, over which it is told how much it moves
-STUCK, MOVES = 4.0, 0.5  # s in which one axis stands, and the share of rows in which another changes meanwhile
+BLOCK = 25  # rows, over which its motion is measured
+STUCK, MOVES = 4.0, 0.5  # s in which one axis is constant, and the share of rows in which another changes meanwhile
 DEADBAND = 0.05  # share of rows that are exactly 0, 0, 0
 
 
@@ -56,7 +56,7 @@ def examine_values(recording: Recording) -> Iterator[Finding]:
 
 
 class Clipping(NamedTuple):
-    """An axis that stands at its largest value: which one, that value in SI units, and (n,) the rows."""
+    """An axis that stays at its largest value: its index, that value in SI units, and (n,) the rows."""
 
     axis: str
     top: float
@@ -103,7 +103,7 @@ def _clipping(role: str, values: Array) -> Iterator[Finding]:
 
 
 def find_stuck(t: Array, values: Array) -> tuple[int, int, int] | None:
-    """(axis, first row, row after the last) of the longest time in which one axis stands and the others move."""
+    """(axis, first row, row after the last) of the longest time in which one axis is constant and the others move."""
     best: tuple[int, int, int] | None = None
     for axis in range(3):
         column = values[:, axis]

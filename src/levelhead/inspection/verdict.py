@@ -1,4 +1,4 @@
-"""What to expect of a fused track, and the verdict in one line."""
+"""The expected errors of a fused track, and the verdict in one line."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -34,7 +34,7 @@ class Expectation(NamedTuple):
 
 
 def expectation(recording: Recording, findings: Sequence[Finding]) -> Expectation:
-    """What a track fused from this recording will be good for.
+    """The expected quality of a track fused from this recording.
 
     A finding that carries what would mend it counts with the tilt between the tracks fused as it is and mended. Tilt
     is at least what the forces show (``find_tilt_in_forces``), whatever its cause.

@@ -48,7 +48,7 @@ def joint(
 
     **Three axes**: flexion, adduction and rotation by Grood and Suntay. The segments' frames are given, or follow from
     a neutral pose at ``zero``, with the segments upright, and the axis about which the joint bends most. The relative
-    heading is that of this axis, or that of the tracks where both have north and know it better.
+    heading is that of this axis, or that of the tracks where both have north with a smaller σ.
 
     Args:
         upper: the sensor of the segment that counts as fixed; a Recording is smoothed first, without its magnetometer
@@ -112,7 +112,7 @@ def _segments(
 
 
 def _fit_main_axis(t: Array, sensors: tuple[Array, Array], upper: Track, lower: Track, cost: Cost | None) -> AxesFit:
-    """The axis about which a joint bends most; with the tracks' heading where both have north and know it better."""
+    """The axis about which a joint bends most; with the tracks' heading where both have north with a smaller σ."""
     fit = fit_hinge(t, *sensors, cost)
     if upper.relative is not False or lower.relative is not False or upper.sigma is None or lower.sigma is None:
         return fit

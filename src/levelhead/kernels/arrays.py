@@ -4,8 +4,8 @@ A kernel sees a row of floats that it reads and writes by a whole number. In pla
 several times faster than a NumPy array; compiled it is an array of float64; in C it becomes a member of a struct. It
 is made once, by a filter's ``init``, and written in place by ``step``.
 
-Its words are written once for each engine: plain Python runs what stands here, compiled code what has the same name in
-``compiler/intrinsics.py``, and C is translated from the loop that says what a word means.
+Its words are written once for each engine: plain Python runs these, compiled code the functions of the same name in
+``compiler/intrinsics.py``, and C is translated from the loop that defines a word.
 """
 
 from levelhead.compiler.mark import kernel, primitive

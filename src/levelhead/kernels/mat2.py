@@ -6,7 +6,7 @@ from levelhead.compiler.mark import kernel
 
 
 class Mat2(NamedTuple):
-    """Element ``xy`` stands in row x, column y."""
+    """Element ``xy`` is in row x, column y."""
 
     xx: float
     xy: float

@@ -7,7 +7,7 @@ from levelhead.kernels.vec3 import Vec3
 
 
 class Mat3(NamedTuple):
-    """Element ``xy`` stands in row x, column y."""
+    """Element ``xy`` is in row x, column y."""
 
     xx: float
     xy: float

@@ -59,7 +59,7 @@ def normalize(q: Quat) -> Quat:
 
 @kernel
 def unit(w: float, x: float, y: float, z: float) -> Quat:
-    """What rounding has moved off the unit sphere by some 1e-16, unit again: scaled by (3 − |q|²)/2.
+    """A quaternion that rounding moved off the unit sphere by some 1e-16, unit again: scaled by (3 − |q|²)/2.
 
     That is the first step of Newton's method for 1/|q|. The error left behind is the square of the one before, without
     a root or a division.

@@ -39,7 +39,7 @@ def single(value: float) -> float:
 
 
 def round_constant(value: float) -> float:
-    """What a constant is in single precision.
+    """A constant in single precision.
 
     Raises:
         OverflowError: it is too large for that, or so small that nothing but zero is left.

@@ -4,7 +4,7 @@ Slerp from q₀ to q₁ is exp(w log(q₁ q₀*)) q₀ (K. Shoemake, Animating R
 the share w of one turn. Accelerometer and field measure different parts of an attitude, so each has a turn of its own,
 as in the complementary filter of R. G. Valenti, I. Dryanovski and J. Xiao, Keeping a Good Attitude: A Quaternion-Based
 Orientation Filter for IMUs and MARGs, Sensors 15(8), 2015 (who take a linear interpolation, normalised, where the turn
-is small). Neither knows of roll and pitch, so none is singular.
+is small). Neither uses roll and pitch, so none is singular.
 """
 
 from math import pi, sqrt

@@ -30,7 +30,7 @@ def is_present(v: Vec3) -> bool:
 
 @kernel
 def steep(acc: Vec3) -> bool:
-    """Whether the roll axis is so near the vertical that the accelerometer cannot tell roll."""
+    """Whether the roll axis is so near the vertical that the accelerometer does not show roll."""
     across = acc.y * acc.y + acc.z * acc.z
     return across < STEEP2 * (acc.x * acc.x + across)
 
@@ -112,7 +112,7 @@ def add_yaw(attitude: Quat, yaw: float) -> Quat:
 
 @kernel
 def after_gap(variance: float, dt: float) -> float:
-    """The variance of an angle (rad²) after ``dt`` seconds in which nobody knows how the body turned."""
+    """The variance of an angle (rad²) after ``dt`` seconds of unknown motion."""
     return min(variance + TURN * TURN * dt * dt, UNIFORM * UNIFORM)
 
 

@@ -1,6 +1,6 @@
 """sin, cos and atan2 of nothing but + − × ÷ and comparisons: the same bits on every machine, whatever its libm.
 
-IEEE 754 says how sums, products, quotients and roots are rounded, and says nothing about sines: their last bit differs
+IEEE 754 defines the rounding of sums, products, quotients and roots, and not of sines: their last bit differs
 between C libraries. Besides, a compiler cannot turn a call of a library into one for several lanes.
 
 Polynomials are economized Taylor series (Lanczos, Applied Analysis, 1956, chapter 7); ``tests/reference/economized.py``

@@ -23,16 +23,16 @@ def read(
     """The recording in a file: .csv .tsv .txt .log .dat, JSON lines (.jsonl .ndjson), .mat, .h5 .hdf5, .npz, .parquet,
     a ROS bag, a node's black box (.mcap).
 
-    Columns, delimiter and units are found from the file. What was concluded stands in ``meta``: "notes" are sentences,
+    Columns, delimiter and units are found from the file. The conclusions are in ``meta``: "notes" are sentences,
     "ignored" lists the columns that nothing uses, "units" what the file was in, "t0" the seconds subtracted from stamps
     that count from a date, "mag_unit" is "relative" for a magnetometer without unit.
 
     Args:
         path: the file.
         map: which columns are what: ``{"t": ["time"], "gyr": ["gx", "gy", "gz"], "acc": …, "mag": …, "q": …}``; "q" is
-            the reference orientation in the order w, x, y, z. One name stands for all axes if they share it. No names,
+            the reference orientation in the order w, x, y, z. One name serves all axes if they share it. No names,
             ``{"mag": []}``, leave the quantity out. Columns without a header are called "1", "2", ….
-        units: of what the header does not say, or says wrongly: ``{"gyr": "deg/s", "t": "ms"}``.
+        units: of quantities whose header has none, or a wrong one: ``{"gyr": "deg/s", "t": "ms"}``.
         counts: raw counts per unit: ``{"gyr": "131/deg/s", "acc": "16384/g"}``.
         rate: samples a second, for a file without time stamps: t = row / rate. With stamps in the file it is an error,
             unless ``map={"t": []}`` leaves them out.
@@ -57,7 +57,7 @@ def sensor_names(path: str | os.PathLike[str]) -> list[str]:
     """The names of the sensors in a log, each a value of ``sensor`` of ``read``; empty where there is only one.
 
     Raises:
-        LevelheadError: what ``read`` says of a file that it cannot open.
+        LevelheadError: as ``read``, of a file that it cannot open.
     """
     from levelhead.sources.hints import check
     from levelhead.sources.interpret import roles
@@ -94,7 +94,7 @@ def orientation(
         A Track on the clock of ``read`` with the same hints: unit length, NaN where the cells are blank or all zero.
 
     Raises:
-        LevelheadError: no such columns (the nearest are named), no quaternions in them, or what ``read`` says.
+        LevelheadError: no such columns (the nearest are named), no quaternions in them, or as ``read``.
 
     >>> orientation("flight.csv", "ahrs_q")  # doctest: +SKIP
     """

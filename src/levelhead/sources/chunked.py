@@ -166,7 +166,7 @@ def is_long(path: Path) -> bool:
 
         return int(pq.read_metadata(path).num_rows) >= LONG_ROWS
     except (ImportError, OSError, ValueError):
-        return False  # the reader says what is wrong with it
+        return False  # the reader reports the error
 
 
 @contextmanager

@@ -1,4 +1,4 @@
-"""What a human says about a file that the file does not say itself: columns, units, raw counts, rate."""
+"""Hints of a person about a file: columns, units, raw counts, rate."""
 
 import csv
 import math
@@ -35,7 +35,7 @@ class Hints:
     Attributes:
         map: role ("t", "gyr", "acc", "mag", "q") to the names of its columns; no names: leave the role out.
         scale: role to the scale that ``units`` or ``counts`` gave.
-        rate: samples a second for files without time stamps; None if not said.
+        rate: samples a second for files without time stamps; None: not given.
         sensor: a word in the names of the wanted one of several sensors.
         session: the part to take, from 1, of a file whose clock begins again.
         words: the hints as words of the command line: (option, value).
@@ -50,7 +50,7 @@ class Hints:
 
     @property
     def given(self) -> bool:
-        """Whether anything was said at all."""
+        """Whether any hint was given."""
         return bool(self.words)
 
     def options(self) -> JsonObject:
@@ -154,7 +154,7 @@ def count_word(value: float) -> str:
 
 
 def map_word(name: str) -> str:
-    """A column's name as it stands in ``--map``: in double quotes if it holds a comma or a quote."""
+    """A column's name as in ``--map``: in double quotes if it holds a comma or a quote."""
     return '"' + name.replace('"', '""') + '"' if "," in name or '"' in name or name != name.strip() else name
 
 
@@ -224,7 +224,7 @@ def _known(role: str, hint: str, roles: Iterable[str]) -> None:
 def parse_map(words: Iterable[str]) -> dict[str, list[str]]:
     """Words of the command line, such as ``gyr=gx,gy,gz`` and ``t=time``, as the argument ``map`` of ``read``.
 
-    A name that holds a comma stands in double quotes. ``mag=`` with nothing behind it leaves the magnetometer out.
+    A name with a comma is in double quotes. ``mag=`` with nothing behind it leaves the magnetometer out.
 
     Raises:
         LevelheadError: a word without ``=``, an unknown role, the same role twice.

@@ -47,7 +47,7 @@ class ClockRule:
 
     @property
     def name(self) -> str:
-        """What sentences call the clock."""
+        """The clock's name in sentences."""
         return " + ".join(self.columns)
 
     def stamps(self, columns: Sequence[Column]) -> Column:
@@ -79,7 +79,7 @@ def scale_stamps(values: Array, scale: Scale) -> Array:
 
 @dataclass(frozen=True)
 class Interpretation:
-    """What the columns of a log mean.
+    """The meaning of a log's columns.
 
     ``levelhead.sources.interpret.apply`` makes the recording of it. Printed, it is a table of the conclusions, with the
     command line that leaves nothing to guess.

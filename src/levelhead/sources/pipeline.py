@@ -50,7 +50,7 @@ def read_file(
     """The recording in ``path``: a file, a folder or an archive. ``adjust`` may change what was concluded.
 
     Raises:
-        LevelheadError: missing, empty, unreadable, or what its reader says; where hints would settle it, the sentence
+        LevelheadError: missing, empty, unreadable, or by its reader; where hints would settle it, the sentence
             ends with the command line that has been tried and works.
     """
     file = Path(path)
@@ -72,7 +72,7 @@ def interpret(
     sensor: str | None = None,
     session: int | None = None,
 ) -> Interpretation:
-    """What ``read`` makes of a file, as a value: columns, units, clock, signs, and the basis of each decision.
+    """The interpretation of a file by ``read``, as a value: columns, units, clock, signs, and the basis of each.
 
     Printed, it is a line for each conclusion and the command line that leaves nothing to guess. ``settled()`` gives the
     same hints as arguments of ``read``, which then gives the same recording.
@@ -168,8 +168,8 @@ def _reading(file: Path) -> Iterator[None]:
 
 
 def _reason(error: OSError | ValueError) -> str:
-    """What the system says of a file, or what a number or a letter that no reader expects means."""
-    return getattr(error, "strerror", None) or "it is damaged, or its content is not what its suffix says"
+    """The system's reason for an error with a file, or a general one."""
+    return getattr(error, "strerror", None) or "it is damaged, or its content is not of its suffix"
 
 
 def _read_own_file(file: Path, hints: Hints) -> Recording | None:
@@ -267,7 +267,7 @@ def _names(sensor: str, part: Member) -> bool:
 
 
 def _member(part: Member, hints: Hints, alone: bool) -> list[Table]:
-    """The tables of one file; beside others, a file that is no table is left out."""
+    """The tables of one file; beside others, a file that is not a table is left out."""
     from levelhead.sources.interpret.by_numbers import name_columns
 
     try:
@@ -340,7 +340,7 @@ def check_there(file: Path) -> None:
 
 
 def _is_box(file: Path) -> bool:
-    """Whether an MCAP file is a node's black box and no ROS bag: its header, the first record, says so."""
+    """Whether an MCAP file is a node's black box and not a ROS bag, by its header, the first record."""
     with open(file, "rb") as stream:
         return b"ros" not in stream.read(64)
 

@@ -1,4 +1,4 @@
-"""What every format gives: named columns that can be read, and words for where a row stands."""
+"""The common result of every format: named columns that can be read, and words for a row's place."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -21,13 +21,13 @@ class Table(Protocol):
         source: the path, as errors name it.
         names: one name per column, as the file spells it.
         units: role ("gyr", …) to a unit that the file gives elsewhere than in the names.
-        rate: samples a second, if the file says so.
+        rate: samples a second, if the file has it.
         north: whether a reference quaternion is known to point its y axis to magnetic north.
         conclusions: decisions that were made while reading.
         context: what the file, sheet or row type is called, if that names a sensor, else "".
         unnamed: whether the file names no column; ``names`` are their numbers then, from 1.
-        origin: what tells who wrote the file beside its names: lines above the header, names before a merger.
-        column_units: position to the unit of a column that the reader knows better than its name does.
+        origin: further evidence of the file's writer beside its names: lines above the header, names before a merger.
+        column_units: position to the unit of a column that the reader has and its name has not.
     """
 
     @property
@@ -61,7 +61,7 @@ class Table(Protocol):
         ...
 
     def where(self, row: int) -> str:
-        """Where row ``row`` (from 0) stands, for a human: "line 17" as a text editor counts, or "row 16"."""
+        """The place of row ``row`` (from 0), for a human: "line 17" as a text editor counts, or "row 16"."""
         ...
 
 
@@ -221,7 +221,7 @@ def add_conclusion(table: Table, conclusion: Conclusion) -> Table:
 
 
 def words_of(table: Table) -> frozenset[int]:
-    """Positions of the columns that hold words, as far as the reader knows."""
+    """Positions of the columns that hold words, as far as the reader has seen."""
     found: frozenset[int] = getattr(table, "words", frozenset())
     return found
 

@@ -62,7 +62,7 @@ The estimates of the sensor's errors are ``Track.calibration``, and can be the n
 | ``reinitialise`` | large errors of tilt (38) and heading |
 | ``north`` | north (18), and the turn of the orientation to it (35) |
 | ``calibration`` | the estimates as plain numbers, and a prior |
-| ``sigma`` | σ: what P says, and what it cannot say (36), (37) |
+| ``sigma`` | σ: from P, and beyond it (36), (37) |
 | ``filter`` | the order of all this, sample by sample |
 | ``rts`` | the smoother: what the forward run keeps, and the step back (28), (29) |
 | ``rts_aided`` | the same with position, velocity and height (32) |

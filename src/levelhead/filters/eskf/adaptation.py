@@ -24,7 +24,7 @@ order; there E is a specific force that was measured wrong, and the variance of 
 **A bias that walks faster.** The corrections of a bias in different blocks are independent of each other, and each has
 the variance by which it makes P smaller. Let C be their sum with the weight e^(−t/``BIAS_TIME``) after t seconds, and
 V that of these variances with its square. Then E C² = V, unless the bias changes by more than its random walk, as that
-of a sensor does that warms up. What is beyond ``BIAS_GATE`` times V,
+of a sensor does that warms up. The part beyond ``BIAS_GATE`` times V,
 
     E = max(0, C² − ``BIAS_GATE`` V),   of the axis where it is largest, at most ``MOST_WALK``² · 1 s,           (27)
 
@@ -37,8 +37,8 @@ mean variance of a component that the states explain. So the density of what cha
 
     now = max(0, 2 τ |ȳ|²/3 − P_e T),   D_f = max(now, its mean over ``FIELD_DENSITY_TIME``, ``mag_noise``² |H|²)   (33)
 
-What lasts as long as a body stays in a place has the variance σ_s² |H|². One step of expectation maximisation in each
-block, as for body velocity,
+A disturbance that lasts as long as a body stays in a place has the variance σ_s² |H|². One step of expectation
+maximisation in each block, as for body velocity,
 
     σ_s² = mean over ``PLACE_MEMORY`` of (s_r² + P_rr + s_z² + P_zz)/(2 |H|²), at least (``mag_place``/2)²         (34)
 
@@ -50,8 +50,8 @@ maximisation in each block.
 
 **Width of a prior.** Sensors are a mixture of calibrated and raw ones. Let s² be the
 variance that a state would have without any measurement (its prior's, and what (27) has added since), P the one that it
-has, and x its estimate less the prior's mean, which is 0 but where an earlier run has told it. The measurements alone
-then say x/κ ± √(P/κ) with κ = 1 − P/s². Where even the lower end of that is beyond s,
+has, and x its estimate less the prior's mean, which is 0 but with the prior of an earlier run. The measurements alone
+then give x/κ ± √(P/κ) with κ = 1 − P/s². Where even the lower end of that is beyond s,
 
     s'² = (|x|/κ − 5 √(P/κ))²                                                                                  (23)
 
@@ -102,11 +102,11 @@ BIAS_GATE = 25.0  # σ², beyond which they are more than its random walk
 MOST_WALK = 0.03 * DEGREE  # (rad/s)/√s, of a sensor that warms up
 MIN_BODY_VELOCITY = 0.1  # m/s, 1σ
 MAX_BODY_VELOCITY = 2.0
-LEAST_INFORMATION = 0.02  # κ: below, the measurements say nothing of their own
+LEAST_INFORMATION = 0.02  # κ: below, the measurements have no information of their own
 SURE = 5.0  # σ by which they must do so
 WIDER = 1.1  # times a variance, at least, for an exchange
 INFORMED = 0.17  # share of its first volume to which a σ ellipsoid shrinks before a width is found from it
-SURE_FIRST = 1.0  # σ by which measurements must say so then
+SURE_FIRST = 1.0  # σ by which measurements must exceed it then
 NARROW_TIME = 30.0  # s after the start in which the prior may still become narrower
 UNINFORMED = 0.98  # share of its prior variance above which a state was not measured
 MOST_GYR_BIAS = 30.0 * DEGREE  # rad/s
@@ -179,7 +179,7 @@ def adapt_motion(params: ESKF, m: Floats) -> None:
 
 @kernel
 def set_density(params: ESKF, m: Floats, k: int, excess: float) -> None:
-    """Eq. 21 for the horizontal (0) or vertical (1) axes: what they say now or in the mean, whichever is more."""
+    """Eq. 21 for the horizontal (0) or vertical (1) axes: their value now or in the mean, whichever is more."""
     time = m[at.BLOCK_TIME]
     now = max(0.0, 2.0 * INNOVATION_TIME * excess)
     m[at.MEAN_DENSITY + k] += time / (DENSITY_TIME + time) * (now - m[at.MEAN_DENSITY + k])
@@ -236,7 +236,7 @@ def adapt_bias_walk(m: Floats) -> None:
 
 @kernel
 def found_prior(m: Floats) -> Vec3:
-    """Prior variances of the gyroscope's bias, (rad/s)²; zero where an earlier run has told them."""
+    """Prior variances of the gyroscope's bias, (rad/s)²; zero with the prior of an earlier run."""
     return vector(m, at.PRIOR_VARIANCE + at.GYR_BIAS) if m[at.PRIOR_SIGMA + at.GYR_BIAS] == 0.0 else ZERO
 
 
@@ -249,7 +249,7 @@ def prior_deviation(m: Floats, i: int) -> float:
 
 @kernel
 def informed_bound(m: Floats, i: int, sure: float) -> float:
-    """What measurements alone say of the size of state i, less ``sure`` σ, eqs. 22 and 23; 0 where they say nothing."""
+    """The size of state i by measurements alone, less ``sure`` σ, eqs. 22 and 23; 0 without information."""
     prior = m[at.PRIOR_VARIANCE + i]
     if not state_variance(m, i) < (1.0 - LEAST_INFORMATION) * prior:
         return 0.0
@@ -319,7 +319,7 @@ def exchange_prior(m: Floats, n: int, i: int, old: float, new: float) -> None:
 
 @kernel
 def set_prior_widths(params: ESKF, m: Floats) -> None:
-    """The priors of the start; that of the gyroscope's bias is wide where no earlier run has told it."""
+    """The priors of the start; that of the gyroscope's bias is wide without an earlier run's prior."""
     m[at.GYR_PRIOR_OPEN] = 0.0
     if params.bias_uncalibrated > params.bias_start and m[at.PRIOR_SIGMA + at.GYR_BIAS] == 0.0:
         m[at.GYR_PRIOR_OPEN] = 1.0

@@ -5,9 +5,9 @@ weight until the block ends: at most seven scalar measurements a block, whatever
 
     y = z − p + a v,    y = z − v,    y = z − (p_z + β) + a v_z
 
-with a the age of the reading and β the barometer's offset; z = 0 of a body that stands (I. Skog, P. Händel, J.-O.
-Nilsson, J. Rantakokko, IEEE Trans. Biomed. Eng. 57(11), 2010), which says nothing of heading and is never rejected: far
-from it, velocity was wrong, by an impact. Position is 0 at the first reading of any row, until a
+with a the age of the reading and β the barometer's offset; z = 0 of a body on the ground (I. Skog, P. Händel, J.-O.
+Nilsson, J. Rantakokko, IEEE Trans. Biomed. Eng. 57(11), 2010), independent of heading and never rejected: far from it,
+ velocity was wrong, by an impact. Position is 0 at the first reading of any row, until a
 reading of position sets it. Along an axis with recent readings eq. 20 is left out. When the readings end it
 returns with a larger density: a body that moved at V for some τ = 10 s is a process of density 2 V² τ (A. Gelb,
 Applied Optimal Estimation, 1974, section 3.6: exponentially correlated), added to ``velocity_density``².
@@ -173,7 +173,7 @@ def inflate_row(m: Floats, row: int, square: float) -> None:
 
 @noinline
 def add_reading(params: ESKF, m: Floats, row: int, value: float, sigma: float, age: float) -> None:
-    """Adds one reading of a row (m or m/s), with its 1σ and its age in seconds; NaN is no reading."""
+    """Adds one reading of a row (m or m/s), with its 1σ and its age in seconds; NaN: none."""
     if not (-LARGEST < value < LARGEST and 0.0 < sigma < LARGEST and -LARGEST < age < LARGEST):
         return
     if m[at.AIDED] == 0.0:

@@ -12,7 +12,7 @@ P and ΔV without their means,
 
     γ = Σ P* ΔV / Σ |P|²,   s² = (Σ |ΔV|² − |γ|² Σ |P|²) / (2 n − 4),   var ψ = s² / (|γ|² Σ |P|²)                 (31)
 
-and |γ| is 1, or something else than heading is wrong. Sums forget with 60 s, for the gyroscope turns ψ meanwhile.
+and |γ| is 1, or something else than heading is wrong. Sums decay with 60 s, for the gyroscope turns ψ meanwhile.
 """
 
 from math import sqrt
@@ -32,13 +32,13 @@ LEAST_FIXES = 4.0
 LEAST_GAIN = 0.5  # of |γ|,
 MOST_GAIN = 2.0  # and at most
 CLEAR = 0.35  # rad, 1σ of ψ that is good enough for corrections of first order
-CORRELATED = 1.25  # by which σ is larger than (31) says: what tilt errors add is not white
+CORRELATED = 1.25  # factor of σ on (31): the contribution of tilt errors is not white
 FAR = 5.0  # σ that a heading has to be off before one that seemed known is replaced
 LARGE_HEADING = 1.0  # rad²: a larger variance of heading cannot be corrected to first order
 
 
 class HeadingFit(NamedTuple):
-    """What regression says of heading."""
+    """The regression's result for heading."""
 
     angle: float  # rad, ψ, by which the estimate has to be turned
     sigma: float  # rad

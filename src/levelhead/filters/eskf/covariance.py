@@ -65,7 +65,7 @@ def add_variance(m: Floats, first: int, count: int, variance: float) -> None:
 
 @kernel
 def start_block(m: Floats, first: int, size: int, start: float, walk: float, unit: float) -> None:
-    """``state.declare_states`` of the start: independent, and with what an earlier run knows."""
+    """``state.declare_states`` of the start: independent, and with the prior of an earlier run."""
     set_independent(m, first, size, start)
     start_from_prior(m, first, size, unit)
 

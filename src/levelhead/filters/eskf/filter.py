@@ -62,7 +62,7 @@ GAP_SAMPLE = 1e-3  # s that the sample after a gap lasts
 
 
 class State(NamedTuple):
-    """Attitude; everything else that is estimated stands in ``memory``, whose places are in ``state``."""
+    """Attitude; ``memory`` has all other estimates, at the places of ``state``."""
 
     quat: Quat
     field_norm: float  # µT, of the first field; 0: there was none
@@ -173,7 +173,7 @@ class Loss(NamedTuple):
 
 @noinline
 def find_loss(m: Floats) -> Loss:
-    """What is lost at the end of a block."""
+    """The sums that end with a block."""
     upside_down = is_upside_down(m)
     variance = state_variance(m, at.ATTITUDE) + state_variance(m, at.ATTITUDE + 1)
     tilt_lost = m[at.ACC_TIME] > 0.0 and (upside_down or variance > LARGE_TILT)

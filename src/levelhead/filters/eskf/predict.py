@@ -136,9 +136,9 @@ def add_process_noise(params: ESKF, m: Floats, resting: bool, n: int) -> None:
 
 @noinline
 def add_missed_turn(m: Floats, n: int) -> None:
-    """Q of what velocity says of a turn or a force that was missed, eq. 26, with the velocity that the turn has caused.
+    """Q of a missed turn or force by the velocity, eq. 26, with the velocity that the turn has caused.
 
-    A turn about the vertical takes the error of velocity along, or velocity would seem to tell of heading. It may be as
+    A turn about the vertical takes the error of velocity along, or velocity would seem to measure heading. It may be as
     large as both others together.
     """
     share = m[at.BLOCK_TIME] / INNOVATION_TIME
@@ -164,7 +164,7 @@ def level_velocity_variance(m: Floats) -> float:
 
 @noinline
 def forget_heading(m: Floats, n: int) -> None:
-    """A heading whose σ is beyond a whole turn means nothing: it becomes uniform on the circle, and says so.
+    """A heading whose σ is beyond a whole turn has no meaning: it becomes uniform on the circle, with a health bit.
 
     To first order it would go on to multiply a velocity's error without end, and P would lose its digits. Where it has
     done so, and no aiding measures velocity, that means nothing either.
@@ -198,7 +198,7 @@ def predict_gap(m: Floats, gap: float) -> None:
 
 @kernel
 def reset_velocity(m: Floats) -> None:
-    """Velocity zero with its σ at the start; what it said before of a missed turn is over."""
+    """Velocity zero with its σ at the start; its evidence of a missed turn ends."""
     set_independent(m, at.VELOCITY, 3, at.FIRST_SPEED)
     for i in range(3):
         m[at.MEAN + at.VELOCITY + i] = 0.0

@@ -95,7 +95,7 @@ def add_mag(m: Floats, r: Mat3, rate: Vec3, mag: Vec3, norm: float) -> None:
     )
     x, y, z = mat3.apply(r, h)
     delay = m[at.MEAN + at.MAG_DELAY]
-    field_rate = cross(rate, h)  # −dh/dt of a field that stands still
+    field_rate = cross(rate, h)  # −dh/dt of a constant field
     a, b, c = mat3.apply(r, sub(field_rate, scale(cross(rate, field_rate), 0.5 * delay)))
     m[at.SUM_FIELD] += x - delay * a
     m[at.SUM_FIELD + 1] += y - delay * b

@@ -1,6 +1,6 @@
 """Reinitialisation of ``ESKF``: tilt and heading from the mean readings, where errors are not of first order.
 
-**Tilt.** What is known to no better than half a radian is corrected on the sphere. Let σ₀² be the variance of tilt
+**Tilt.** An attitude with a σ above half a radian is corrected on the sphere. Let σ₀² be the variance of tilt
 about either axis when that began, and F the integral of the specific force over the time T since, in the earth frame of
 the estimate of then: g T upwards and a change of velocity, which is the less of it the longer T. With the rotation
 vector ρ that brings F to the vertical, and r its variance (of a start, of the forces of a body that turns, of that
@@ -38,7 +38,7 @@ MOST_FIRST_HEADING = 0.95  # and at most: it is known
 SWING_SPEED = 0.7  # m/s, 1σ: the force of a body that turns is off by this times its rate
 SHAKE_TIME = 0.3  # s for which a force that is not gravity pushes one way
 LARGE_TURN = 0.01  # rad² in a block, beyond which nothing carries its forces into the next
-UNCLEAR = 0.5  # share of the square of its level part beyond which the variance of a field says nothing
+UNCLEAR = 0.5  # share of the square of its level part beyond which the variance of a field has no meaning
 NEARLY_DOWN = -0.999999
 
 
@@ -141,7 +141,7 @@ def reinitialise_tilt(params: ESKF, m: Floats, upside_down: bool) -> Quat:
 def reinitialise_heading(params: ESKF, m: Floats, rotation: Quat) -> Quat:
     """Returns ``rotation``, and after it one about the vertical that brings the block's mean field to H and s; sets σ.
 
-    Where the direction of H is not known the field begins anew, and tells nothing of heading. With aiding that
+    Where the direction of H is not known the field begins anew, without information on heading. With aiding that
     has a direction the frame is the earth's, in which H points north.
     """
     field = quat.rotate(rotation, scale(vector(m, at.SUM_FIELD), 1.0 / m[at.MAG_COUNT]))

@@ -43,12 +43,12 @@ N = at.N_MAGNETIC
 LAST = 16  # columns of a triangle, and the rows that are computed in these alone
 LEAST = 1e-13  # share of a variance that must be left of it, or it contains no information of its own
 
-# The memory of the forward run: what a block predicted stands behind the filter's
+# The memory of the forward run: the prediction of a block, behind the filter's
 PREDICTED = at.SIZE  # P⁻
 BEFORE = PREDICTED + WHOLE  # the attitude before the correction, 4
 FORWARD_SIZE = BEFORE + 4
 
-# What is kept of each block; of P and P⁻ their triangles
+# The record of each block; of P and P⁻ their triangles
 BLOCK_P = 0
 BLOCK_PREDICTED = BLOCK_P + TRIANGLE
 BLOCK_W = BLOCK_PREDICTED + TRIANGLE  # rows of F P of the driven states
@@ -137,7 +137,7 @@ def is_block_end(state: State) -> bool:
 
 @kernel
 def keep_widening(state: State, blocks: Floats, first: int) -> None:
-    """What σ tells besides P at the end of a block."""
+    """The parts of σ besides P at the end of a block."""
     m = state.memory
     t = first + BLOCK_TURN
     blocks[t], blocks[t + 1], blocks[t + 2] = quat.rotate(state.quat, vector(m, at.HALF_TURN))

@@ -1,4 +1,4 @@
-"""σ of ``ESKF``: what P says of attitude, and what P cannot say. No estimate changes by this.
+"""σ of ``ESKF``: that of attitude in P, and errors that P does not model. No estimate changes by this.
 
 **Time of a reading.** The driver integrates readings of an instant. A reading may also be a mean of the interval T
 before it, or pass a filter: its time is uniform in ± T/2, and that rotation is part of σ of each axis i:
@@ -23,7 +23,7 @@ from levelhead.kernels.vec3 import Vec3
 
 @kernel
 def axis_variance(m: Floats, p: int, i: int, prior: float, widest: float) -> float:
-    """What eq. 37 adds to the variance of heading by state i, rad²; its prior variance and the widest, (rad/s)²."""
+    """The addition of eq. 37 to the variance of heading by state i, rad²; ``prior`` and ``widest`` in (rad/s)²."""
     own = m[p + i * at.ROW + i]
     if widest > prior and 0.0 < own < prior:
         slope = m[p + at.HEADING * at.ROW + i] / own
@@ -33,7 +33,7 @@ def axis_variance(m: Floats, p: int, i: int, prior: float, widest: float) -> flo
 
 @kernel
 def bias_variance(m: Floats, p: int, prior: Vec3) -> float:
-    """What eq. 37 adds to the variance of heading, rad²."""
+    """The addition of eq. 37 to the variance of heading, rad²."""
     x, y, z = prior
     b, widest = at.GYR_BIAS, max(x, y, z)
     added = axis_variance(m, p, b, x, widest) + axis_variance(m, p, b + 1, y, widest)

@@ -65,7 +65,7 @@ def states(
 
 
 # The states. Those before HEADING are the horizon and what depends on it: a magnetometer only considers them. Velocity
-# and attitude are driven by others. What always exists comes first, what exists with aiding last, so that the first n
+# and attitude are driven by others. Those that always exist come first, those of aiding last, so that the first n
 # leave out what does not exist. The σ of a bias from one switching-on to the next is a choice in the range of the
 # zero-rate and zero-g repeatability of consumer chips, which their data sheets do not give.
 ACC_BIAS = states("acc_bias", (3,), "m/s²", "accelerometer bias c", ALWAYS, calibration=True, prior=True, turn_on=0.02)
@@ -101,7 +101,7 @@ BLOCKS = tuple(_declared)
 N = sum(block.size for block in BLOCKS)
 DRIVEN = GYR_BIAS - VELOCITY  # from VELOCITY on
 
-# 1σ at the start, where no parameter says it
+# 1σ at the start, where no parameter has it
 FIRST_SPEED = 0.3  # m/s
 UNKNOWN = 1.0  # rad, of an attitude that means nothing
 RELATIVE_HEADING = 1e-4  # rad: a relative heading is right by definition
@@ -167,7 +167,7 @@ def fours(n: int) -> int:
     return (n + 3) // 4 * 4
 
 
-# How much of a row is computed. What does not exist is zero there.
+# The computed part of a row. States that do not exist are zero there.
 N_INERTIAL = fours(FIELD)  # without a magnetometer
 N_MAGNETIC = fours(POSITION)  # without position and velocity
 ROW = fours(N)  # all of it; from one row to the next

@@ -21,8 +21,8 @@ Each row of H is a unit vector, so the updates are scalar ones, one after the ot
 
     K = P hᵀ/(h P hᵀ + r),   x ← x + K y,   P ← P − K h P                                                       (7)
 
-A body that stays in the room does not accelerate on average: f is low-passed in the earth frame, where gravity stands
-still however the sensor turns, before it is a measurement. The variance r of what is left follows | |a| − g |, as q_θ
+A body that stays in the room does not accelerate on average: f is low-passed in the earth frame, where gravity is
+constant however the sensor turns, before it is a measurement. The variance r of what is left follows | |a| − g |, as q_θ
 follows the rate, whose error is a share of itself.
 
 A magnet may turn the heading but never tilt the horizon: the dip of the field does not enter, nor does, in (6), what
@@ -31,7 +31,7 @@ consider filter of Schmidt):
 
     P ← P − K h P − (K h P)ᵀ + K (h P hᵀ + r) Kᵀ,   K_x = K_y = 0                                               (8)
 
-What is left is indirect: heading teaches the bias about the vertical, which the next turn shares out.
+The rest is indirect: heading teaches the bias about the vertical, which the next turn shares out.
 
 A measurement whose innovation is beyond ``gate`` σ is rejected, for ``gate_time`` at most. After that the square of the
 innovation is added to A, and the measurement is used.

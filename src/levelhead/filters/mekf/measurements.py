@@ -77,7 +77,7 @@ def lowpass_force(params: EKF, force: Vec3, attitude: Quat, acc: Vec3, age: floa
 def tilt_innovation(force: Vec3) -> Vec3:
     """Innovations of θ_x and θ_y (rad), eq. 6; for large angles the arcsine (its series up to the ninth power).
 
-    Beyond 90° they grow on, to 2 when the estimate is upside down, so that this is no equilibrium.
+    Beyond 90° they grow on, to 2 when the estimate is upside down, so that this is not an equilibrium.
     """
     x, y, z = force
     square = x * x + y * y
@@ -118,7 +118,7 @@ def update_tilt(params: EKF, correction: Correction, force: Vec3, sums: Sums, re
         rejected += sums.time
         if not has_elapsed(rejected, sums.time, params.gate_time):
             return Gated(correction, rejected)
-        p = inflate_attitude(p, square, square)  # an estimate with such a tilt error knows no heading either
+        p = inflate_attitude(p, square, square)  # an estimate with such a tilt error has no heading either
     correction = update(Correction(ZERO, correction.bias, p), p.axx, p.axy, p.axz, p.cxx, p.cxy, p.cxz, p.axx + r, x)
     p = correction.p
     return Gated(update(correction, p.axy, p.ayy, p.ayz, p.cyx, p.cyy, p.cyz, p.ayy + r, y - correction.turn.y), 0.0)

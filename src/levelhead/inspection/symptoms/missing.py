@@ -33,7 +33,7 @@ def find_missing(evidence: RunEvidence) -> Iterator[Symptom]:
 
 
 def find_turns_missed(evidence: RunEvidence) -> Iterator[Symptom]:
-    """Turns that the gyroscope did not measure, as the filter's own health bit says."""
+    """Turns that the gyroscope did not measure, by the filter's own health bit."""
     stretches = evidence.runs(health.TURN_MISSED)
     seconds = sum(float(evidence.t[last - 1] - evidence.t[first]) for first, last in stretches)
     if seconds < MAX_TURN_MISSED:

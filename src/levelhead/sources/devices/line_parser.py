@@ -29,7 +29,7 @@ from levelhead.sources.table import ArrayTable
 
 UNIT_LINES = 20  # lines of numbers by which units are judged
 SHOWN = 60  # letters of a line in a sentence
-MAX_BYTES = 4096  # bytes of a line; more without an end is no text
+MAX_BYTES = 4096  # bytes of a line; more without an end is not text
 MIN_INTERVAL = 1e-3  # s between two samples, at least
 UNDERSTOOD = 0.5  # s from the first line, after which the missing part is reported
 MIN_NUMBERS = 6  # numbers of a gyroscope and an accelerometer
@@ -45,7 +45,7 @@ class StampedLine(NamedTuple):
 
 
 class QuantityColumns(NamedTuple):
-    """Where a quantity stands, and its factor to SI."""
+    """The place of a quantity, and its factor to SI."""
 
     positions: tuple[int, ...]
     scale: float
@@ -68,12 +68,12 @@ class LineParser:
         self.garbage = 0
         self.conclusions: list[Conclusion] = []
         self._seen: list[tuple[str, float]] = []
-        self._waits = ""  # for what, as far as it was said
+        self._waits = ""  # the missing quantities
         self._names: tuple[str, ...] = ()
         self._layout: Layout | None = None  # of CSV
         # Of JSON and labelled text: a line as numbers by name.
         self._named: Callable[[str], Mapping[str, float]] = flatten_line
-        self._part: dict[str, float] = {}  # of a sample that stands on several lines: what came so far
+        self._part: dict[str, float] = {}  # of a sample on several lines: the parts so far
         self._columns: dict[str, QuantityColumns] = {}
         self._fraction = 0.0  # s of a second column of stamps
 
@@ -93,7 +93,7 @@ class LineParser:
         Without a column of time stamps, ``at`` (host s) is the stamp.
 
         Raises:
-            LevelheadError: the first lines have no gyroscope, no accelerometer, or units that cannot be told.
+            LevelheadError: the first lines have no gyroscope, no accelerometer, or unclear units.
         """
         try:
             text = raw.decode("utf-8").strip()
@@ -176,7 +176,7 @@ class LineParser:
         """The numbers of a sample, NaN where one is missing; None: the sample goes on in the next line.
 
         Raises:
-            Garbage: another number of cells, a cell that is no number, an infinite one.
+            Garbage: another number of cells, a cell that is not a number, an infinite one.
         """
         if self._layout is None:
             given = self._named(text)
@@ -314,12 +314,12 @@ class LineParser:
             if (counts := mpu6050_scales(gyr, acc)) is not None:
                 hints = Hints(hints.map, counts)
                 self.conclusions.append(DEFAULT_SCALES)
-        if "t" not in roles.columns:  # the host's clock stands in
+        if "t" not in roles.columns:  # the host's clock replaces it
             arrays, hints = self._stamp_rows(arrays, rows, hints)
         else:
             arrays = _forward(arrays, names[roles.columns["t"][0]])
         found = interpret(ArrayTable(self.source, arrays), hints)
-        before = len(arrays) - len(names)  # the host's clock stands in front
+        before = len(arrays) - len(names)  # the host's clock comes first
         made = {
             role: QuantityColumns(tuple(i - before for i in found.positions[role]), scale.factor / scale.divisor)
             for role, scale in ({"t": found.clock.scale} | dict(found.scales)).items()
@@ -342,7 +342,7 @@ def _values(layout: Layout, lines: Sequence[str]) -> Array:
 
 
 def _forward(arrays: ReadOnlyJson, time: str) -> JsonObject:
-    """Only the rows at which time goes on, so that one bad stamp does not hide what the rest say."""
+    """Only the rows at which time goes on, so that one bad stamp does not hide the others."""
     stamps = arrays[time]
     best = np.maximum.accumulate(np.where(np.isfinite(stamps), stamps, -np.inf))
     keep = np.isfinite(stamps) & (stamps > np.concatenate([[-np.inf], best[:-1]]))

@@ -101,7 +101,7 @@ class SerialLines:
 
         Raises:
             SensorError: the device is gone.
-            LevelheadError: its lines have no gyroscope, no accelerometer, or units that cannot be told.
+            LevelheadError: its lines have no gyroscope, no accelerometer, or unclear units.
         """
         data = self._read()
         if not data:
@@ -225,7 +225,7 @@ def parse_serial(text: str) -> tuple[str, int]:
     """Port and speed from words such as ``/dev/ttyUSB0`` or ``/dev/ttyUSB0@921600``.
 
     Raises:
-        LevelheadError: no port, or a speed that is no number.
+        LevelheadError: no port, or a speed that is not a number.
     """
     port, _, baud = text.partition("@")
     if not port or (baud and not baud.isdecimal()):

@@ -5,7 +5,7 @@ import numpy as np
 from levelhead.recording import Array
 from levelhead.track import Track
 
-LEAST_LENGTH = 0.5  # of a quaternion; a shorter one stands for none
+LEAST_LENGTH = 0.5  # of a quaternion; a shorter one means none
 
 
 def attitude_track(t: Array, quat: Array) -> Track:

@@ -41,7 +41,7 @@ def motion_tables(path: Path) -> list[ArrayTable]:
     try:
         rows = np.genfromtxt(path, delimiter="\t", missing_values=_ABSENT, ndmin=2)
     except ValueError as error:
-        raise LevelheadError(f"{path} is no table of numbers, as BIDS motion wants it ({error})") from None
+        raise LevelheadError(f"{path} is not a table of numbers, as BIDS motion wants it ({error})") from None
     if rows.shape[1] != len(channels):
         raise LevelheadError(
             f"{path} has {rows.shape[1]} columns and {_channels(path).name} describes {len(channels)}; expected as many"

@@ -1,7 +1,7 @@
-"""The black box of a node: what stands in it, and reading it, whole or cut off by a crash.
+"""The black box of a node: its contents, and reading it, whole or cut off by a crash.
 
 An MCAP file. Metadata "levelhead" holds the configuration as JSON; topic imu/samples holds blocks of rows, whose layout
-is ``ROW`` and stands in the schema as NumPy spells it; topic imu/health holds events as JSON.
+is ``ROW`` and is in the schema as NumPy spells it; topic imu/health holds events as JSON.
 """
 
 import json
@@ -35,7 +35,7 @@ LARGEST_RECORD = 1 << 28  # bytes; a longer one is damage
 
 
 class Box(NamedTuple):
-    """What a black box holds.
+    """The contents of a black box.
 
     Attributes:
         rows: (n,) of ``ROW``: gyr in rad/s as read, before the bias of the start is taken off, acc in m/s², mag in µT.
@@ -76,7 +76,7 @@ def read_box(path: str | os.PathLike[str]) -> Box:
     """All that can be read of a black box, up to where it was cut off.
 
     Raises:
-        LevelheadError: mcap is not installed, or the file is no black box.
+        LevelheadError: mcap is not installed, or the file is not a black box.
     """
     try:
         from mcap.exceptions import McapError
@@ -106,7 +106,7 @@ def read_box(path: str | os.PathLike[str]) -> Box:
                     attitudes[stamp] = quat
             whole = True
         except (McapError, struct.error, EOFError, ValueError, KeyError, IndexError):
-            pass  # cut off: what stands before is whole, record by record
+            pass  # cut off: everything before is whole, record by record
     if config is None:
         raise LevelheadError(f"{path} is not a black box of a levelhead node: it has no configuration in it")
     return Box(np.concatenate(blocks) if blocks else np.empty(0, ROW), events, config, whole, attitudes)

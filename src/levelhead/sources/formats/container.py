@@ -1,4 +1,4 @@
-"""What holds the files of a recording: a file, a folder, a zip, a file packed with gzip."""
+"""Containers of a recording's files: a file, a folder, a zip, a file packed with gzip."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager

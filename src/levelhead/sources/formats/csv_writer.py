@@ -14,7 +14,7 @@ _ROWS = 10_000  # written at a time
 def write_csv(recording: Recording, path: str | os.PathLike[str]) -> None:
     """A Recording as CSV: ``t [s],gyr_x [rad/s],…``, numbers in their shortest exact form, missing values blank.
 
-    The reference stands in truth_qw … truth_qz (truth_relative_qw … where it does not point north), truth_bias_x …, and
+    The reference is in truth_qw … truth_qz (truth_relative_qw … where it does not point north), truth_bias_x …, and
     truth_moving (0 or 1). The file appears whole or not at all.
 
     Raises:

@@ -68,7 +68,7 @@ def _rows(raw: bytes, places: Sequence[int], dtype: np.dtype[np.void]) -> NDArra
 
 
 def _scan(raw: bytes) -> tuple[dict[int, tuple[str, np.dtype[np.void], str]], dict[int, list[int]]]:
-    """What the FMT messages say, and where the messages of each type begin; what is torn is jumped over."""
+    """The FMT messages, and where the messages of each type begin; torn ones are skipped."""
     kinds: dict[int, tuple[str, np.dtype[np.void], str]] = {}
     lengths = {_FMT: _FMT_LENGTH}
     starts: dict[int, list[int]] = {}

@@ -45,7 +45,7 @@ def _unwrapped_tables(file: TextFile) -> Sequence[Table]:
     return sniff(wrapped_lines.unwrap_file(file))
 
 
-# The first dialect that matches reads the file, so each stands before those that match its files too:
+# The first dialect that matches reads the file, so each comes before those that match its files too:
 # - The names in JSON and in ROS messages are words before numbers.
 # - A wrapped line holds a line of any dialect below.
 # - Words before numbers may have delimiters between them.

@@ -61,7 +61,7 @@ def tables(path: Path, display_path: str, hints: Hints) -> Sequence[ArrayTable]:
         try:
             payloads = [payload for track in _tracks(file, size) for payload in _payloads(file, track)]
         except (struct.error, IndexError, KeyError) as error:
-            raise LevelheadError(f"{display_path} is no MP4, or it is damaged") from error
+            raise LevelheadError(f"{display_path} is not an MP4, or it is damaged") from error
     pieces: dict[str, list[Piece]] = {}
     for k, payload in enumerate(payloads):
         for role, values, stamp in _sensors(payload.data):
@@ -179,7 +179,7 @@ def _places(track: Mapping[bytes, bytes], sizes: Sequence[int]) -> Iterator[int]
             ahead, sample = ahead + 1, sample + 1
 
 
-# GPMF: what stands in a payload.
+# GPMF: the contents of a payload.
 
 
 def _items(data: bytes) -> Iterator[tuple[bytes, bytes, int, bytes]]:

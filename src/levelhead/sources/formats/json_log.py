@@ -268,7 +268,7 @@ def _member_tables(node: JsonObject, name: str, source: str, depth: int) -> Iter
 
 
 def _with_unit(table: ArrayTable, unit: str) -> ArrayTable:
-    """A table whose axes have the unit that stands beside their samples (gopro-telemetry's streams)."""
+    """A table whose axes have the unit beside their samples (gopro-telemetry's streams)."""
     titles = [
         f"{name} [{unit}]" if understand(name, table.context).axis and "[" not in name else name
         for name in table.arrays
@@ -329,7 +329,7 @@ def _named_rows(node: JsonObject, name: str, source: str) -> ArrayTable | None:
 
 
 def _title(entry: object) -> str:
-    """The name of a column, with its unit if that stands beside it."""
+    """The name of a column, with its unit if that is beside it."""
     if not isinstance(entry, dict):
         return str(entry)
     return f"{entry.get('name')} [{entry['units']}]" if entry.get("units") else str(entry.get("name"))

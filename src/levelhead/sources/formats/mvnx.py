@@ -45,7 +45,7 @@ def tables(path: Path, display_path: str, hints: Hints) -> Sequence[ArrayTable]:
                             rows[role].append([float(word) for word in (child.text or "").split()])
                 node.clear()
     except (ElementTree.ParseError, ValueError) as error:
-        raise LevelheadError(f"{display_path} is no XML of Xsens MVN, or it is damaged ({error})") from None
+        raise LevelheadError(f"{display_path} is not an XML of Xsens MVN, or it is damaged ({error})") from None
     if not rows["acc"] or not rows["gyr"]:
         raise LevelheadError(
             f"{display_path} holds segments, and no readings of sensors; expected sensorAcceleration and "

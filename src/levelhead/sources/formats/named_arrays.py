@@ -25,7 +25,7 @@ def tabulate(
     """Columns from arrays: (n, 3) ``imu_gyr`` becomes imu_gyr.x, imu_gyr.y, imu_gyr.z; (n, 4) w, x, y, z.
 
     (3, n) arrays are turned; ``transposed`` settles it where both would fit. A scalar called sampling_rate, fs, … is
-    the rate in Hz, one called dt, … its inverse. ``info`` is a text that may say "`imu_gyr` in rad/s", as BROAD's does.
+    the rate in Hz, one called dt, … its inverse. ``info`` is a text that may hold "`imu_gyr` in rad/s", as BROAD's.
 
     Raises:
         LevelheadError: no arrays at all, or a rate that is none.
@@ -88,7 +88,7 @@ def _columns(name: str, array: NDArray[Any], unit: str | None, transposed: bool)
 
 
 def _has_samples_in_columns(array: NDArray[Any], width: int, transposed: bool) -> bool:
-    """Whether each column of a matrix is a sample, of ``width`` numbers as far as its name tells."""
+    """Whether each column of a matrix is a sample, of ``width`` numbers as far as its name shows."""
     rows, columns = array.shape
     if rows == width and (transposed or columns != width):
         return True

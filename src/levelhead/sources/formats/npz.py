@@ -87,7 +87,7 @@ def load_arrays(path: Path) -> dict[str, NDArray[Any]]:
     """The arrays of a .npz by name.
 
     Raises:
-        LevelheadError: it is no archive, damaged, or holds a pickle.
+        LevelheadError: it is not an archive, damaged, or holds a pickle.
     """
     try:
         with open(path, "rb") as stream:

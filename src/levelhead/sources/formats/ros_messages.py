@@ -1,8 +1,8 @@
-"""ROS 2 messages as bytes: what a node says in ``sensor_msgs`` and ``diagnostic_msgs``, without ROS.
+"""ROS 2 messages as bytes: ``sensor_msgs`` and ``diagnostic_msgs`` of a node, without ROS.
 
 CDR as DDS-RTPS 2.5 §10.2 has it, little-endian: four bytes name the encoding, numbers stand at multiples of their size
 after these, texts are a length with the closing zero. Frames are those of REP 103 (x east, y north, z up); -1 as the
-first number of a covariance says that the message does not carry the quantity, zeros that nobody knows it (REP 145).
+first number of a covariance means that the message does not carry the quantity, zeros that it is unknown (REP 145).
 """
 
 import struct

@@ -268,7 +268,7 @@ def write_bag(recording: Recording, path: str | os.PathLike[str], track: Track |
     """A recording as a ROS bag: 1 where ``path`` ends in .bag, else 2: one file (.mcap, .db3) or a folder (SQLite).
 
     Topics are /imu/data_raw (/imu/data with a track) and /imu/mag; the stamps are those of the recording, on the date
-    that it has (``meta["t0"]``). Samples with missing readings are left out: a message cannot say that.
+    that it has (``meta["t0"]``). Samples with missing readings are left out: a message has no value for that.
 
     Args:
         recording: rates, accelerations, field.

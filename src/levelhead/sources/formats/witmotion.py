@@ -81,7 +81,7 @@ def _starts(data: NDArray[np.uint8]) -> NDArray[np.intp]:
 
 
 def _both(data: NDArray[np.uint8]) -> NDArray[np.intp]:
-    """Where packets of 20 bytes begin; the next one stands behind each."""
+    """Where packets of 20 bytes begin; the next one follows each."""
     if len(data) < 2 * _BOTH_SIZE:
         return np.empty(0, np.intp)
     starts = np.flatnonzero((data[: 1 - _BOTH_SIZE] == _MARK) & (data[1 : 2 - _BOTH_SIZE] == _BOTH))

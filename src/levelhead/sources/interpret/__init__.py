@@ -48,7 +48,7 @@ class Readings(NamedTuple):
 
 
 def interpret(table: Table, hints: Hints) -> Interpretation:
-    """What the columns of ``table`` mean: by hints, header, vendor, or their numbers.
+    """The meaning of the columns of ``table``: by hints, header, vendor, or their numbers.
 
     Raises:
         LevelheadError: one sentence with file, line and column; ``NeedsHints`` where a hint would settle it.

@@ -1,4 +1,4 @@
-"""The unit of the accelerometer: it mostly measures gravity, so its median length tells g from m/s²."""
+"""The unit of the accelerometer: it mostly measures gravity, so its median length distinguishes g from m/s²."""
 
 import math
 from collections.abc import Sequence
@@ -113,7 +113,7 @@ def _cancels(values: Array, norm: float, scale: Scale | None, turning: Gyroscope
     """Whether (n, 3) ``values`` hold no gravity, whatever their unit: the force turned back over seconds cancels.
 
     Linear acceleration may be as long as gravity. Its mean is then short beside its usual length, and gravity's is not,
-    in any unit of the gyroscope; on a turntable the declared unit tells gravity from centripetal acceleration.
+    in any unit of the gyroscope; on a turntable the declared unit separates gravity from centripetal acceleration.
     """
     if not norm > 0.0:
         return False
@@ -145,7 +145,7 @@ def _while_running(values: Array, norm: float, turning: GyroscopeRows, evidence:
 def _while_at_rest(values: Array, norm: float, turning: GyroscopeRows, evidence: Evidence) -> Scale | None:
     """The scale of (n, 3) ``values`` whose usual length is thrust or a spin, and gravity only where nothing moves.
 
-    A rocket stands on its pad, then spins. Whole numbers are left to the sensitivities of chips. None: nothing rests.
+    A rocket rests on its pad, then spins. Whole numbers are left to the sensitivities of chips. None: nothing rests.
     """
     if are_whole(values):
         return None
@@ -186,7 +186,7 @@ def _of_no_unit(values: Array, norm: float, table: Table) -> NeedsHints:
 
 
 def _force_left(values: Array, factor: float, turning: GyroscopeRows) -> float | None:
-    """``usual_force`` of (n, 3) ``values`` that are m/s² times ``factor``, beside a gyroscope; None: nothing tells."""
+    """``usual_force`` of (n, 3) ``values`` that are m/s² times ``factor``, beside a gyroscope; None: no evidence."""
     t, gyr, acc = turning.t, turning.gyr, values[turning.rows] * factor
     if turning.scale is not None:
         return usual_force(t, gyr * (turning.scale.factor / turning.scale.divisor), acc)

@@ -1,7 +1,7 @@
 """Stamps of arrival: the regular clock of a sensor under a latency that varies.
 
 A filter that integrates the rate over differences of such stamps errs by the latency times the change of rate. The
-sensor's clock is put back where two statistics, of stamps and of readings, both say that the sensor was regular.
+sensor's clock is put back where two statistics, of stamps and of readings, both show that the sensor was regular.
 
 **Stamps.** A latency L_i about a regular grid makes intervals b + L_i - L_(i-1): a long one is followed by a short one
 (lag-1 autocorrelation -1/2), and their sums stay bounded. The intervals of a loop that samples when it is done with the
@@ -10,7 +10,7 @@ Studies 1, 1988) VR(m) = Var(t_(i+m) - t_i) / (m Var(t_(i+1) - t_i)) is 1 for th
 √(2(2m-1)(m-1)/(3mn)), and 1/m for independent latencies.
 
 **Readings.** A timer that reads a sensor late, and stamps when it reads, is bounded too, but its stamps are true. Then
-a reading x_i differs from what its neighbours say of the middle of the grid by x' δ_i, δ_i the same difference of
+a reading x_i differs from its neighbours' prediction of the middle of the grid by x' δ_i, δ_i the same difference of
 stamps; where only the stamp is late, it does not differ. The regression of one on the other is β = 1 or 0, and with
 normal errors the logarithm of the likelihood ratio is (1 - 2β)/(2σ_β²). The slope x' is measured twice, over two and
 four intervals, one the instrument of the other, so that a sensor at rest, whose slopes are noise, proves nothing.
@@ -31,7 +31,7 @@ _SPAN = 32  # intervals whose sum is compared with one
 _BOUNDED = _SPAN**-0.5  # the geometric mean of 1 and 1/m, below which sums are bounded
 _ROUGHLY = 0.3  # the same while losses are misplaced; with all right it is 0.11 at most, of a walk 0.6 at least
 _NULL_SIGMA = 3.0  # below the walk's ratio
-_LOST = 0.2  # share of samples lost, beyond which the stamps say nothing of a grid
+_LOST = 0.2  # share of samples lost, beyond which the stamps show no grid
 _SPLITS = 4  # times that a stretch is split where its rate may change
 _CERTAIN = 10.0  # logarithm of the likelihood ratio
 _MIXED = 0.25  # β from which the readings themselves are partly late
@@ -186,8 +186,8 @@ def _only_stamps_are_late(t: Array, values: Array, stretches: list[_Stretch]) ->
 def _regress(x: Array, late: Array, inner: np.ndarray) -> _Sums:
     """Sums over the rows 2 … n-3 of which ``inner`` tells that no sample is lost beside them; ``late`` in intervals.
 
-    The neighbours' say is the cubic through them, (-1, 4, 4, -1)/6. The sums are divided by the variance of what is
-    left, so that columns of any unit add up.
+    The neighbours' prediction is the cubic through them, (-1, 4, 4, -1)/6. The sums are divided by the variance of the
+    rest, so that columns of any unit add up.
     """
     residual = x[2:-2] - (4.0 * (x[1:-3] + x[3:-1]) - x[:-4] - x[4:]) / 6.0
     delta = late[2:-2] - (4.0 * (late[1:-3] + late[3:-1]) - late[:-4] - late[4:]) / 6.0

@@ -100,7 +100,7 @@ def name_by_numbers(table: Table, hints: Hints) -> ArrayTable:
 def _named_table(
     table: Table, hints: Hints, columns: dict[int, Column], guess: Guess, step: float, whole_seconds: int | None
 ) -> ArrayTable:
-    """The columns by names that say what was guessed."""
+    """The columns by names that show the guess."""
     positions, stamps = list(columns), table.column_units
     if step > 0.0:  # angles and velocities gained since the row before
         columns |= {i: columns[i] / step for i in (*guess.acc, *guess.gyr)}
@@ -187,7 +187,7 @@ def _guess_levels_or_increments(values: Array, stamps: Sequence[int]) -> tuple[G
 
 
 def _names(guess: Guess, whole_seconds: int | None, hints: Hints) -> dict[str, int]:
-    """Names that say what was guessed, to their positions; a role that a hint maps keeps its columns' numbers."""
+    """Names that show the guess, to their positions; a role that a hint maps keeps its columns' numbers."""
     named: dict[str, int] = {} if guess.t is None else {"t": guess.t}
     if whole_seconds is not None:
         named = {"stamp.sec": whole_seconds, "stamp.nanosec": whole_seconds + 1}
@@ -201,7 +201,7 @@ def _names(guess: Guess, whole_seconds: int | None, hints: Hints) -> dict[str, i
 
 
 def _listed(guess: Guess) -> str:
-    """What was guessed, for a sentence: "t=1 gyr=2,3,4 acc=5,6,7"."""
+    """The guess, for a sentence: "t=1 gyr=2,3,4 acc=5,6,7"."""
     found: dict[str, Triple] = {"t": () if guess.t is None else (guess.t,), "gyr": guess.gyr}
     found |= {"gravity": guess.acc, "user acceleration": guess.user} if guess.user else {"acc": guess.acc}
     return _words(found | {"mag": guess.mag})
@@ -214,7 +214,7 @@ def _words(found: Mapping[str, Sequence[int]]) -> str:
 
 
 def _one_sensor(table: Table, positions: Sequence[int]) -> ArrayTable:
-    """The columns of a file that holds one sensor, which its name tells: x, y, z, perhaps after a stamp."""
+    """The columns of a file that holds one sensor, which its name shows: x, y, z, perhaps after a stamp."""
     titles = _ONE_SENSOR.get(len(positions), list(table.names))
     columns = table.read(positions, frozenset([positions[0], positions[-1]]))
     if len(titles) == 4 and not _is_increasing(columns[positions[0]]) and _is_increasing(columns[positions[3]]):
@@ -229,7 +229,7 @@ def _is_increasing(column: Column) -> bool:
 
 
 def guess_columns(values: Array, stamps: Sequence[int] = ()) -> Guess:
-    """What the columns of (n, k) ``values`` are; ``stamps`` are columns with dates."""
+    """The roles of the columns of (n, k) ``values``; ``stamps`` are columns with dates."""
     t = stamps[0] if stamps else _clock(values)
     triples = _triples(values, _sensor_columns(values, t, stamps))
     directions = {triple for triple in triples if _is_constant(values[:, list(triple)], 1.0)}

@@ -195,12 +195,12 @@ def seconds(
     values: Array | None = None,
     session: int | None = None,
 ) -> Clock:
-    """(n,) stamps of column ``name`` as seconds, checked, and repaired where that can be said.
+    """(n,) stamps of column ``name`` as seconds, checked, and repaired where that is clear.
 
     ``declared`` is the unit that the header or a hint gives; without one the unit follows from the median interval.
     Stamps that count from 1970 or another date become seconds since the first one. ``values`` (n, k) are the sensors'
-    numbers, which tell a repeated row from a burst of samples with one stamp. ``session``, from 1, chooses among parts
-    after each of which the clock began again; the longest is taken otherwise.
+    numbers, which distinguish a repeated row from a burst of samples with one stamp. ``session``, from 1, chooses among
+    parts after each of which the clock began again; the longest is taken otherwise.
 
     Raises:
         LevelheadError: a stamp is missing or infinite, too few stamps increase; the line is named.

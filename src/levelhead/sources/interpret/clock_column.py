@@ -1,4 +1,4 @@
-"""A clock that its name does not tell: a column that goes on evenly, as time does."""
+"""A clock without a name of one: a column that goes on evenly, as time does."""
 
 import math
 from collections.abc import Mapping
@@ -42,7 +42,7 @@ def with_clock(table: Table, roles: Roles, columns: Mapping[int, Column]) -> tup
     """The roles with the time, and the columns with its stamps, if a column without a role goes on as a clock does.
 
     A name with a unit of time settles it ("MET [sec]", "MonoNS"). Another one must give the rate at which gravity turns
-    as the gyroscope says; that is a guess, and noted.
+    as the gyroscope measures; that is a guess, and noted.
     """
     found = dict(columns)
     used = {i for positions in roles.columns.values() for i in positions}

@@ -1,7 +1,7 @@
 """Six unnamed columns of counts with an offset, as from an analogue sensor's converter: found by physics alone.
 
 The accelerometer's counts lie on a sphere whose middle is the offset and whose radius is 1 g. The gyroscope's offset is
-its median at rest; its order, signs and scale are those of the 48 under which gravity turns as it says.
+its median at rest; its order, signs and scale are those of the 48 under which gravity turns as it measures.
 """
 
 from collections.abc import Sequence
@@ -105,7 +105,7 @@ def rates_about(values: Array) -> float | None:
 def _whole_rows(values: Array) -> Array:
     """The complete rows of (n, 3) values if all of them are whole numbers; else none.
 
-    The beginning tells most logs apart, without a copy of all rows.
+    The beginning distinguishes most logs, without a copy of all rows.
     """
     for part in (values[:1000], values):
         rows: Array = part[np.isfinite(part).all(axis=1)]

@@ -44,7 +44,7 @@ class Chip(NamedTuple):
         name: what people call it.
         acc: per g.
         gyr: per deg/s.
-        mag: per µT, of the magnetometer that stands beside it on boards.
+        mag: per µT, of the magnetometer beside it on boards.
         rarity: what its choice costs beside the commonest.
         usual: the one of ``gyr`` after power-up, or none.
     """
@@ -88,7 +88,7 @@ GYR = {per: chip.name for chip in reversed((*CHIPS[:6], *_SCALED_MG[1:3])) for p
 
 
 class WholeRates(NamedTuple):
-    """What a gyroscope's whole numbers show of their unit.
+    """The evidence in a gyroscope's whole numbers for their unit.
 
     Attributes:
         turn: rad/s that one number is by gravity's turn; None: nothing turns.

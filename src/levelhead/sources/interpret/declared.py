@@ -18,14 +18,14 @@ from levelhead.sources.table import Table
 
 @dataclass
 class Evidence:
-    """What was concluded while a table became a recording.
+    """The conclusions on the way from a table to a recording.
 
     Attributes:
         conclusions: in the order in which they were made.
         acc_per_g: numbers per g, if the accelerometer gives whole ones: a chip's counts, mg, thousandths of 1 m/s².
         acc_norm: their usual length.
         chip: whose sensitivity the gyroscope seems to have, if its numbers are whole.
-        adds_gravity: whether gravity, which stands in columns of its own, is added to the acceleration.
+        adds_gravity: whether gravity, which has columns of its own, is added to the acceleration.
     """
 
     conclusions: list[Conclusion]

@@ -1,4 +1,4 @@
-"""The unit of the gyroscope: deg/s, rad/s or counts, by the turn of gravity beside it, and where that tells nothing by
+"""The unit of the gyroscope: deg/s, rad/s or counts, by the turn of gravity beside it, and where that shows nothing by
 its noise, its size and the force that is left."""
 
 import math
@@ -41,7 +41,7 @@ from levelhead.sources.table import Table
 from levelhead.units import DEGREE, GRAVITY
 
 _MIN_GUESS_CORRELATION = 0.4  # correlation from which a comparison is worth a guess
-_MIN_WINDOWS = 3  # windows that must tell units apart
+_MIN_WINDOWS = 3  # windows that must distinguish units
 _DEGREES, _RADIANS = -0.2, 0.04  # gains (see Steadiness) from which it is deg/s, or rad/s; BROAD is at −0.09 and more
 _SHAKEN = 0.98  # a body that hardly turns and that nothing shakes holds gravity better than this
 _PROOF = 0.9  # correlation from which the comparison outweighs a header, or noise
@@ -50,7 +50,7 @@ _MAX_NOISE = 0.05  # rad/s, 2.9 deg/s rms: no gyroscope is that noisy at rest
 _MIN_DOUBT_CORRELATION = 0.15  # correlation from which a comparison raises a doubt
 _MIN_NOISE = 0.004  # deg/s rms; below it no MEMS gyroscope is at rest, at any rate
 _MOVED = 0.5  # m/s² rms about its mean, from which the force of a window is not that of a sensor at rest
-_TILTED = 0.06  # rad rms in a window, from which the gyroscope says that it tilts; by its noise alone it is 0.03
+_TILTED = 0.06  # rad rms in a window, from which the gyroscope shows a tilt; by its noise alone it is 0.03
 _CANCELLED = 0.45  # of the mean force is left, at most, where rates in deg/s are taken for rad/s; a bias leaves more
 _DRIFTED = 2.5  # between the means of a window's halves, by what shakes it: in rad/s 0.1 to 2.4, the most by bias
 _SEEN = 0.06  # of its tilt that the force shows: in rad/s 0.07 and more, the least on drones; in deg/s 1/57 and noise
@@ -72,10 +72,10 @@ def gyr_scale(
 ) -> Scale:
     """The scale of (n, 3) ``values`` of a gyroscope beside (n, 3) ``acc`` in m/s²; ``scale`` is the declared one.
 
-    ``mag`` (n, 3) in any unit, or None, helps where gravity tells little.
+    ``mag`` (n, 3) in any unit, or None, helps where gravity shows little.
 
     Raises:
-        LevelheadError: a hint contradicts the numbers, or nothing tells their unit.
+        LevelheadError: a hint contradicts the numbers, or nothing shows their unit.
     """
     rows = excerpt(len(t))
     if (middle := rates_about(values)) is not None:
@@ -194,7 +194,7 @@ def _checked_gyr(
 
 
 class GyroscopeUnit(NamedTuple):
-    """What one number of a gyroscope is.
+    """The unit of one number of a gyroscope.
 
     Attributes:
         unit: "rad/s", "deg/s", or None where counts are more likely or nothing is.
@@ -269,7 +269,7 @@ def gyr_unit(t: Array, gyr: Array, acc: Array, whole: Whole = NOTHING_WHOLE) -> 
 
 
 def _without_clipped(gyr: Array) -> Array:
-    """(n, 3) rates, NaN where an axis stands at the largest number again and again: full scale tells no turn."""
+    """(n, 3) rates, NaN where an axis is at the largest number again and again: full scale shows no turn."""
     size = np.abs(gyr)
     large = np.nanmax(size, initial=0.0)
     clipped = (size >= _FULL * large).any(axis=1)
@@ -332,7 +332,7 @@ def _most_telling(turn: GravityTurn | None, quiet: GravityTurn | None) -> Gravit
 
 
 def _guess_unit(t: Array, gyr: Array, acc: Array) -> GyroscopeUnit:
-    """The unit where gravity's turn tells nothing: from how still it holds, from the size of the numbers."""
+    """The unit without gravity's turn: from the noise at rest and the size of the numbers."""
     if (moved := _unit_of_moved(t, gyr, acc)) is not None:
         return moved
     held = steadiness_of_gravity(t, gyr, acc)
@@ -347,7 +347,7 @@ def _guess_unit(t: Array, gyr: Array, acc: Array) -> GyroscopeUnit:
 
 
 def _unit_of_moved(t: Array, gyr: Array, acc: Array) -> GyroscopeUnit | None:
-    """The unit from what is left of the force over seconds in which the sensor is moved; None: nothing tells it.
+    """The unit from the mean force over seconds in which the sensor moves; None: no evidence.
 
     Turned back by rates that are 57 times too large the force cancels, or scatters. If it keeps its mean instead,
     although they say that the sensor tilted, they are right; unless the force shows no tilt, as on a calm vehicle in
@@ -368,7 +368,7 @@ def _unit_of_moved(t: Array, gyr: Array, acc: Array) -> GyroscopeUnit | None:
 
 
 def _infer_from_turn(turn: GravityTurn, acc_per_g: float | None) -> GyroscopeUnit | None:
-    """What a clear turn of gravity says."""
+    """The unit by a clear turn of gravity."""
     if 0.5 < turn.scale < 2.0:
         return GyroscopeUnit("rad/s", None, "gravity_turn", {"scale": turn.scale}, Basis.NUMBERS)
     if 0.5 < turn.scale * 180.0 / math.pi < 2.0:
@@ -385,7 +385,7 @@ def _infer_from_turn(turn: GravityTurn, acc_per_g: float | None) -> GyroscopeUni
 
 
 def contradicts_rad_s(t: Array, gyr: Array, acc: Array) -> str | None:
-    """Why (n, 3) ``gyr``, declared as rad/s, must be deg/s; None if nothing says so clearly. ``acc`` in m/s²."""
+    """Why (n, 3) ``gyr``, declared as rad/s, must be deg/s; None without clear evidence. ``acc`` in m/s²."""
     large = large_rate(gyr)
     if large > 100.0:
         return f"it reaches {large:.0f}, {large / (2 * math.pi):.0f} turns a second"
@@ -409,7 +409,7 @@ def contradicts_rad_s(t: Array, gyr: Array, acc: Array) -> str | None:
 
 
 def contradicts_deg_s(t: Array, gyr: Array, acc: Array) -> str | None:
-    """Why (n, 3) ``gyr``, declared as deg/s, must be rad/s; None if nothing says so clearly. ``acc`` in m/s²."""
+    """Why (n, 3) ``gyr``, declared as deg/s, must be rad/s; None without clear evidence. ``acc`` in m/s²."""
     turn = turn_of_gravity(t, gyr, acc)
     if turn is not None and turn.clear and turn.correlation > _PROOF and 0.5 < turn.scale < 2.0:
         return f"gravity turns {turn.scale * 180.0 / math.pi:.1f} times faster than its rate"
@@ -417,7 +417,7 @@ def contradicts_deg_s(t: Array, gyr: Array, acc: Array) -> str | None:
 
 
 def alternative_unit(t: Array, rate: Array, acc: Array, factor: float) -> str | None:
-    """Why the declared unit, in rad/s ``factor``, may be the other of deg/s and rad/s; None if nothing says so.
+    """Why the declared unit, in rad/s ``factor``, may be the other of deg/s and rad/s; None without evidence.
 
     ``rate`` (n, 3) rad/s by the declared unit, ``acc`` (n, 3) m/s². Weaker than ``contradicts_rad_s``: gravity's turn,
     noisy as it may be, is nearer to the other unit, or no gyroscope is as quiet as this one would be.
@@ -437,7 +437,7 @@ def alternative_unit(t: Array, rate: Array, acc: Array, factor: float) -> str | 
 
 
 def gyr_unit_at_rest(t: Array, gyr: Array) -> GyroscopeUnit:
-    """The unit from size and noise alone, for (n, 3) ``gyr`` that gravity says nothing about: a guess."""
+    """The unit from size and noise alone, for (n, 3) ``gyr`` without evidence from gravity: a guess."""
     large = large_rate(gyr)
     if large > 100.0:
         finite = gyr[np.isfinite(gyr).all(axis=1)]

@@ -1,4 +1,4 @@
-"""Columns and what they reach, for a person who knows which is which where no number tells."""
+"""Columns and their ranges, for a person who can name them."""
 
 from collections.abc import Sequence
 
@@ -10,7 +10,7 @@ _SHOWN = 14  # columns in a message
 
 
 def list_ranges(names: Sequence[str], values: Array) -> str:
-    """The columns of (n, k) ``values`` with what they reach from and to, for a person who knows which is which."""
+    """The columns of (n, k) ``values`` with their ranges, for a person who can name them."""
     shown = []
     for name, column in zip(names[:_SHOWN], values.T, strict=False):
         finite = column[np.isfinite(column)]

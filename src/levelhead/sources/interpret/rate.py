@@ -17,7 +17,7 @@ USUAL_COUNTS = (PER_DEGREE, 16.4)
 
 
 def guess_rate(roles: Roles, columns: Mapping[int, Column], factor: float | None = None) -> tuple[float, str]:
-    """(a usual rate in Hz, words) at which gravity would turn as the gyroscope says; 100 if unknown.
+    """(a usual rate in Hz, words) at which gravity would turn as the gyroscope measures; 100 if unknown.
 
     ``factor``: rad/s for 1 of the gyroscope's numbers; None: deg/s or rad/s, whichever fits.
     """
@@ -42,7 +42,7 @@ def _turns(rate: float) -> str:
 
 
 def _round_rates(found: float) -> list[float]:
-    return [float(one) for one in ROUND_RATES if abs(np.log(one / found)) < 0.1]  # gravity's turn is no better
+    return [float(one) for one in ROUND_RATES if abs(np.log(one / found)) < 0.1]  # gravity's turn is not more accurate
 
 
 def _nearest(found: float) -> float:
@@ -58,7 +58,7 @@ def _are_counts(roles: Roles, columns: Mapping[int, Column]) -> bool:
 
 
 def rate_of_turn(roles: Roles, columns: Mapping[int, Column], factor: float | None = None) -> float | None:
-    """The rate in Hz at which gravity turns as the gyroscope says; None if nothing turns clearly."""
+    """The rate in Hz at which gravity turns as the gyroscope measures; None if nothing turns clearly."""
     if not {"gyr", "acc"} <= set(roles.columns):
         return None
     gyr, acc = (stack(columns, roles.columns[role]) for role in ("gyr", "acc"))

@@ -1,7 +1,7 @@
 """Raw counts of an MPU-6050 as it is after power-up, ±2 g and ±250 °/s, recognised by their size.
 
 Most lessons print the registers as they are. At rest the accelerometer then gives 16384 counts (1 g); no unit gives a
-number of that size. Other full scales are not guessed: 8192 counts of the accelerometer say nothing of the gyroscope's.
+number of that size. Other full scales are not guessed: 8192 counts of the accelerometer do not show the gyroscope's.
 """
 
 import numpy as np

@@ -1,4 +1,4 @@
-"""The reference orientation that stands in the same file."""
+"""The reference orientation in the same file."""
 
 from collections.abc import Mapping, Sequence
 
@@ -16,7 +16,7 @@ from levelhead.sources.table import Column, Table, stack
 from levelhead.units import GRAVITY
 
 _UP = 0.9  # cosine, 26°: a reference that is tilted further has another axis up
-_MIN_ROWS = 100  # rows that tell a mean force
+_MIN_ROWS = 100  # rows of a mean force
 _LEAVE_OUT = {"map": {"q": list[str]()}}
 _NORTH = ("opt_quat", "truth_q")  # BROAD's, and levelhead's own; their earth frame has y to magnetic north
 
@@ -29,7 +29,7 @@ def judge_reference(
     ``acc`` (n, 3) m/s² is the specific force, whose mean must point up in the reference's world.
 
     Raises:
-        LevelheadError: a row that is no unit quaternion; the line is named.
+        LevelheadError: a row that is not a unit quaternion; the line is named.
     """
     names = [table.names[i] for i in roles.columns["q"]]
     listed = ", ".join(names)
@@ -62,7 +62,7 @@ def make_reference(
     """The reference of an interpretation; None without one.
 
     Raises:
-        LevelheadError: a row that is no unit quaternion; the line is named.
+        LevelheadError: a row that is not a unit quaternion; the line is named.
     """
     if "q" not in positions or "q" in found.unused:
         return None

@@ -2,7 +2,7 @@
 
 The model is that of passive synchronisation (E. Olson, A passive solution to the sensor synchronization problem, IROS
 2010, section III): the stamp is t_i = a + b k_i + w(k_i) + L_i, where k_i is the number of the sample, b the sensor's
-interval, w the slow wander of its clock and L_i the latency. The least latencies of windows tell how the grid goes on,
+interval, w the slow wander of its clock and L_i the latency. The least latencies of windows show how the grid goes on,
 whatever the others are (S. Moon, P. Skelly, D. Towsley, Estimation and removal of clock skew from network delay
 measurements, INFOCOM 1999): the least of n exponential latencies of mean τ lies τ/n above the bound.
 """

@@ -1,4 +1,4 @@
-"""Which columns are which sensor: from their names, and from what a human said about them."""
+"""Which columns are which sensor: from their names, and from hints."""
 
 import re
 from collections.abc import Mapping, Sequence
@@ -21,7 +21,7 @@ from levelhead.sources.names.column_groups import (
 )
 from levelhead.sources.names.column_name import Name, holds_gravity, split, understand, unit_in
 
-_USER = re.compile("user|linear", re.IGNORECASE)  # acceleration without the gravity that stands beside it
+_USER = re.compile("user|linear", re.IGNORECASE)  # acceleration without the gravity beside it
 _SENSORS = ("gyr", "acc", "mag")
 _EXAMPLE = {"gyr": "gyr_x, gyr_y, gyr_z", "acc": "acc_x, acc_y, acc_z"}
 
@@ -101,7 +101,7 @@ KINDS = {"gyr", "gyro", "gyroscope", "omega", "acc", "accel", "accelerometer"}
 
 
 def sensor_names(names: Sequence[str], context: str = "") -> list[str]:
-    """What each of several sensors of a table is called: what the columns of its gyroscope and accelerometer share.
+    """The name of each of several sensors of a table: the common part of its gyroscope's and accelerometer's columns.
 
     Each is a value of the hint ``sensor``; empty where the columns do not pair.
     """
@@ -139,7 +139,7 @@ def _single_columns(
 
 
 def _flags(known: Sequence[Name]) -> dict[str, tuple[int, ...]]:
-    """The columns that say whether the reference moved or was seen, where there is but one of a kind."""
+    """The columns of the reference's motion and visibility, where there is but one of a kind."""
     flags = {role: tuple(i for i, name in enumerate(known) if name.role == role) for role in ("moving", "seen")}
     return {role: positions for role, positions in flags.items() if len(positions) == 1}
 
@@ -221,7 +221,7 @@ def _read_p_q_r(groups: dict[str, list[ColumnGroup]], names: Sequence[str]) -> d
 
 
 def user_acceleration(names: Sequence[str], context: str, filled: frozenset[int] | None) -> list[ColumnGroup]:
-    """Acceleration without gravity, where that stands beside it."""
+    """Acceleration without gravity, where that is beside it."""
     return _groups("acc", [understand(plain_name(name), context) for name in names], names, context, filled)
 
 

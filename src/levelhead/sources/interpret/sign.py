@@ -76,10 +76,10 @@ def sign_of_acceleration(names: Sequence[str], scale: Scale, gravity: Array | No
 
 
 def judge_start(t: Array, acc: Array, unit: str, table: Table, evidence: Evidence) -> None:
-    """Notes that the sign of the accelerometer is assumed, where a log begins with −1 g along z and nobody says why.
+    """Notes that the sign of the accelerometer is assumed, where a log begins with −1 g along z without a reason.
 
     ``acc`` (n, 3) m/s², in the log in ``unit``, at ``t`` (n,) s. A sensor upside down and Core Motion's sign (−1 g,
-    face up) look the same, and both turn as the gyroscope says.
+    face up) look the same, and both turn as the gyroscope measures.
     """
     start = acc[t < t[0] + _START]
     start = start[np.isfinite(start).all(axis=1)]

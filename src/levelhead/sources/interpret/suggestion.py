@@ -1,4 +1,4 @@
-"""A way out where the names of columns tell no sensor: what their numbers look like, as the hint ``map``."""
+"""A proposal where the names of columns show no sensor: their roles by their numbers, as the hint ``map``."""
 
 import re
 from collections.abc import Mapping, Sequence
@@ -61,7 +61,7 @@ def _likely_roles(
 
 
 def _fits(roles: Mapping[str, Sequence[int]], known: Sequence[Name]) -> bool:
-    """Whether both sensors were found, and no name says otherwise."""
+    """Whether both sensors were found, and no name contradicts it."""
     return all(roles.values()) and all(known[k].role in ("", role) for role, at in roles.items() for k in at)
 
 
@@ -117,7 +117,7 @@ def _alike(names: Sequence[str]) -> bool:
 
 
 def _turns(values: Array, guess: Guess) -> bool:
-    """Whether gravity turns as the rates say, whatever their unit; counts with an offset do not pass."""
+    """Whether gravity turns as the rates predict, whatever their unit; counts with an offset do not pass."""
     turn = turn_of_gravity(_even(values, guess.t), values[:, list(guess.gyr)], values[:, list(guess.acc)])
     return turn is not None and turn.correlation > MIN_CORRELATION and turn.turned > 0.05
 

@@ -30,7 +30,7 @@ def find_temperature(names: Sequence[str], used: Collection[int]) -> int | None:
 
 
 def temperature_scale(name: str, column: Column) -> Scale | None:
-    """The unit of (n,) numbers; None where they are no temperature: counts of a register, say."""
+    """The unit of (n,) numbers; None where they are not a temperature, such as counts of a register."""
     values = _finite(column)
     seen = values[~np.isnan(values)]
     if not len(seen):

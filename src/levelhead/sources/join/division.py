@@ -19,7 +19,7 @@ _MIN_CHANGES = 0.1  # share of rows in which the unit differs from the row befor
 
 
 def divide(table: Table, hints: Hints) -> Sequence[Table]:
-    """The tables in a table; itself if it is one, or if hints say which columns are what."""
+    """The tables in a table; itself if it is one, or if hints name the columns."""
     if {"t", "gyr", "acc"} & set(hints.map):
         return [table]
     return _by_unit(table) or _by_word(table) or _by_clock(table) or [table]
@@ -50,7 +50,7 @@ def _read_numbers(table: Table) -> dict[int, Column]:
 
 
 def instances(numbers: Column) -> Mapping[int, NDArray[np.bool_]]:
-    """The rows of each unit, by its number, where (n,) ``numbers`` say whose each row is; {} if it is but one."""
+    """The rows of each unit, by its number, by the (n,) ``numbers`` of the rows; {} if it is but one."""
     if len(numbers) < 8 or not np.isfinite(numbers).all() or (numbers != np.rint(numbers)).any():
         return {}
     found = np.unique(numbers)
@@ -61,7 +61,7 @@ def instances(numbers: Column) -> Mapping[int, NDArray[np.bool_]]:
 
 
 def _by_unit(table: Table) -> list[Table]:
-    """A table for each unit of sensors whose number stands in a column: ArduPilot's "I", "sensor_id"."""
+    """A table for each unit of sensors whose number is in a column: ArduPilot's "I", "sensor_id"."""
     known = [understand(name, table.context) for name in table.names]
     if not {"gyr", "acc"} <= {name.role for name in known}:
         return []

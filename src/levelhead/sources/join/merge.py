@@ -172,7 +172,7 @@ def _columns_as_long_as_the_first(tables: Sequence[Table]) -> dict[str, Column]:
 
 
 def _title(table: Table, position: int) -> str:
-    """The name of a column beside those of other tables: its own, if that says what it is, or its table's."""
+    """The name of a column beside those of other tables: its own, if that is clear, or its table's."""
     name = table.names[position]
     if (understand(name).role or not table.context) and not name.isdigit():
         return name
@@ -273,7 +273,7 @@ def _other_tables(
 def _gravity_beside(tables: Sequence[Table], acc: SensorColumns) -> SensorColumns | None:
     """The gravity vector in a file or sheet of its own, where the accelerometer has none of it; None: there is none.
 
-    Its name says so, or its length, which is 1 or that of gravity at every sample.
+    Its name shows it, or its length, which is 1 or that of gravity at every sample.
     """
     for table in tables:
         positions = _three_axes(table)

@@ -1,4 +1,4 @@
-"""Rows of several units of sensors that take turns in one table, told by their numbers."""
+"""Rows of several units of sensors that take turns in one table, distinguished by their numbers."""
 
 import numpy as np
 from numpy.typing import NDArray

@@ -26,7 +26,7 @@ class ColumnGroup(NamedTuple):
         positions: x, y, z.
         names: as the file spells them.
         rank: 0 for the sensor itself, more for duplicates and what was derived from it.
-        words: what the name says beside sensor, axis and unit: which of several sensors it is.
+        words: the rest of the name beside sensor, axis and unit, which distinguishes several sensors.
     """
 
     positions: tuple[int, ...]
@@ -36,17 +36,17 @@ class ColumnGroup(NamedTuple):
 
     @property
     def gravity_removed(self) -> bool:
-        """Whether the name says so."""
+        """Whether the name has it."""
         return bool(_GRAVITY_REMOVED & self.words)
 
     @property
     def distinction(self) -> frozenset[str]:
-        """The words without those that every sensor of its kind has: one that says least is the plainest."""
+        """The words without those that every sensor of its kind has: the shortest is the plainest."""
         return self.words - _OF_SENSORS
 
     @property
     def label(self) -> str:
-        """What the names share, for ``--sensor`` and for sentences."""
+        """The common part of the names, for ``--sensor`` and for sentences."""
         return shared_name(self.names)
 
 
@@ -107,7 +107,7 @@ def _alike(one: ColumnGroup, other: ColumnGroup) -> float:
 
 
 def shared_name(names: Sequence[str]) -> str:
-    """What the names begin with, as the file spells it: "quat" of quat_w, quat_x, …."""
+    """The beginning of the names, as the file spells it: "quat" of quat_w, quat_x, …."""
     same = [len(set(letters)) == 1 for letters in zip(*names, strict=False)]
     return names[0][: [*same, False].index(False)].rstrip(" _.[(-/") or names[0]
 
@@ -117,7 +117,7 @@ def group_axes(
 ) -> tuple[list[dict[str, int]], list[dict[str, int]]]:
     """(complete sets of axes, incomplete ones) of the columns of a role, in the order of the file.
 
-    Columns that say nothing (``filled`` names those that do) are left out. Where a name comes twice, as under a group
+    Empty columns (``filled`` names the others) are left out. Where a name comes twice, as under a group
     of two header rows, the second one begins another set.
     """
     sets: dict[str, list[dict[str, int]]] = {}

@@ -1,4 +1,4 @@
-"""What one column name says by itself: which sensor, which axis, which unit."""
+"""The meaning of one column name by itself: sensor, axis, unit."""
 
 import re
 from collections.abc import Sequence
@@ -50,7 +50,7 @@ class Name:
         axis: "x", "y", "z", "w" or a digit; "" if the name has none.
         stem: what is left without axis and unit, in lower case: columns that share it belong together.
         exact: a time that is called just that, before "gps_time" and the like.
-        reference: a quaternion that says it comes from a reference system.
+        reference: a quaternion whose name shows a reference system.
     """
 
     raw: str
@@ -62,9 +62,9 @@ class Name:
 
 
 def understand(raw: str, context: str = "") -> Name:
-    """What the name says; never an error.
+    """The meaning of the name; never an error.
 
-    ``context``, what the file or sheet is called, counts for a name that says no more than its axis ("x", "z_value").
+    ``context``, the name of the file or sheet, counts for a name that has only its axis ("x", "z_value").
     """
     name = _understand(raw)
     if name.role or not context or not (name.axis or split(raw)[:1] in (["x"], ["y"], ["z"])):
@@ -91,7 +91,7 @@ def _understand(raw: str) -> Name:
 
 
 def _reference_flag(raw: str, stem: Sequence[str], axis: str) -> Name | None:
-    """What a reference system says beside the orientation: a bias, whether it moved, whether it was seen; else None."""
+    """The meaning of a reference system's other columns: a bias, whether it moved, whether it was seen; else None."""
     label = "".join(stem)
     if {"truth", "bias"} <= set(stem) and axis:
         return Name(raw, "bias", axis, label)
@@ -102,7 +102,7 @@ def _reference_flag(raw: str, stem: Sequence[str], axis: str) -> Name | None:
 
 
 def split(raw: str) -> list[str]:
-    """The words of a name in lower case, without what stands in brackets; an index such as [0] counts as a word."""
+    """The words of a name in lower case, without brackets and their contents; an index such as [0] counts as a word."""
     inside = [text.strip().lower() for text in _BRACKETS.findall(raw)]
     words = [token.lower() for token in _TOKENS.findall(_BRACKETS.sub(" ", raw))]
     axes = [text for text in inside if text in {"x", "y", "z"}] if len(words) > 0 else []  # "Gyroscope (z) [rad/s]"
@@ -196,7 +196,7 @@ def _role(stem: Sequence[str]) -> str:
 
 
 def holds_gravity(words: Sequence[str]) -> bool:
-    """Whether words say that gravity is in it, as a browser's accelerationIncludingGravity does."""
+    """Whether words mark gravity as included, as a browser's accelerationIncludingGravity."""
     said = DERIVED & {*words}
     return bool(said) and said <= {"gravity", "grav"} and bool({"including", "with", "incl", "inc"} & {*words})
 
@@ -210,7 +210,7 @@ def _roles_of_words(words: Sequence[str]) -> set[str]:
 
 
 def _roles_of_letters(words: Sequence[str]) -> set[str]:
-    """The sensors that a letter names where nothing else stands in the name."""
+    """The sensors that a letter names where the name has nothing else."""
     rest = "".join(word for word in words if word not in FILLERS)
     roles = {role for role, letters in LETTERS.items() if rest in letters}
     if not roles and "".join(word for word in words if word not in FILLERS | REFERENCES) == "q":
@@ -219,7 +219,7 @@ def _roles_of_letters(words: Sequence[str]) -> set[str]:
 
 
 def _role_of_unit(raw: str, stem: Sequence[str]) -> str:
-    """The sensor that the unit in brackets tells: "x-axis (deg/s)" can be a gyroscope only; (G) may be two things."""
+    """The sensor of the unit in brackets: "x-axis (deg/s)" can be a gyroscope only; (G) may be two things."""
     words = [token.rstrip("0123456789") for token in stem]
     if DERIVED & set(words) or REFERENCES & set(words) or {"velocity", "speed", "linear"} & set(words):
         return ""
@@ -238,7 +238,7 @@ def _role_of_unit(raw: str, stem: Sequence[str]) -> str:
 
 
 def _is_reference(stem: Sequence[str]) -> bool:
-    """A reference's quaternion says so, or is called just q."""
+    """A reference's quaternion has a mark, or is called just q."""
     return bool(REFERENCES & set(stem)) or "".join(stem) == "q"
 
 

@@ -1,4 +1,4 @@
-"""Who wrote a log, by the names of its columns, and the units that this writer always uses without saying so."""
+"""The writer of a log, by the names of its columns, and the units that this writer always uses without a mark."""
 
 import math
 import re
@@ -15,7 +15,7 @@ class Vendor(NamedTuple):
     Attributes:
         name: what people call it.
         marks: patterns, each of which some column's name must match.
-        units: role to unit, where its files do not say it.
+        units: role to unit, where its files do not have it.
     """
 
     name: str
@@ -76,7 +76,7 @@ def _positive(text: str) -> float | None:
 
 
 def find_vendor(names: Sequence[str]) -> Vendor | None:
-    """Who wrote columns of these names; None if they tell nobody."""
+    """The writer of columns of these names; None: unknown."""
     for vendor in VENDORS:
         if all(any(re.search(mark, name.strip()) for name in names) for mark in vendor.marks):
             return vendor

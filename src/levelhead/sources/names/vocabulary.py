@@ -1,4 +1,4 @@
-"""The words by which names of columns tell sensors, times and what is neither, in several languages."""
+"""The words in names of columns for sensors, times and other quantities, in several languages."""
 
 WORDS = {
     "gyr": {

@@ -85,11 +85,11 @@ class BoardSpec(NamedTuple):
 def parse_board(text: str) -> BoardSpec:
     """A board from words such as ``mpu6050``, ``mpu6050+hmc5883l+bmp280``, ``icm20948@0`` or ``mpu6050@1:0x69``.
 
-    Behind @ stand the number of the bus, 1 by default, and the address of the inertial chip. The ICM-20948 and the
+    Behind @ are the number of the bus, 1 by default, and the address of the inertial chip. The ICM-20948 and the
     MPU-9250 bring a magnetometer of their own.
 
     Raises:
-        LevelheadError: an unknown chip (the nearest is named), no inertial one, two of a kind, a bus that is no number.
+        LevelheadError: an unknown chip (the nearest is named), no inertial one, two of a kind, a bus without a number.
     """
     chips, _, place = text.lower().replace("-", "").partition("@")
     number, _, address = place.partition(":")

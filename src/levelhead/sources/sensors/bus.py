@@ -1,4 +1,4 @@
-"""The I²C bus as a driver sees it: four methods, retries that are counted, and errors that say what to look at."""
+"""The I²C bus as a driver sees it: four methods, retries that are counted, and errors with the parts to check."""
 
 import errno
 import time
@@ -162,7 +162,7 @@ class Port:
             )
 
     def burst(self, register: int, length: int) -> bytes:
-        """A burst of readings; one that is all zeros or all ones is no reading but a chip or a line that is off.
+        """A burst of readings; one that is all zeros or all ones comes from a chip or a line that is off.
 
         Raises:
             SensorError: the transfer failed, or nothing but zeros or ones came, again and again.

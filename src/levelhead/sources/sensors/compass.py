@@ -89,7 +89,7 @@ class HMC5883L:
 
 
 class QMC5883L:
-    """QST's (datasheet 1.0), which most boards that say HMC5883L carry.
+    """QST's (datasheet 1.0), which most boards marked HMC5883L carry.
 
     Args:
         bus: the bus.

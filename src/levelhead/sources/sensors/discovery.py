@@ -15,7 +15,7 @@ from levelhead.sources.sensors.lis3mdl import LIS3MDL
 
 
 class Signature(NamedTuple):
-    """By what a chip is known: its name for ``--source``, its addresses, a register, and what stands there."""
+    """The signature of a chip: its name for ``--source``, its addresses, a register, and the value there."""
 
     name: str
     addresses: tuple[int, ...]

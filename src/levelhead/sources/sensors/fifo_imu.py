@@ -56,7 +56,7 @@ class FifoChip(NamedTuple):
         acc_codes: full scale in g → register code.
         configure: identifies the chip, resets it, writes the settings.
         empty: discards what the FIFO holds.
-        level_register: of the two bytes that say how full the FIFO is.
+        level_register: of the two bytes of the FIFO's level.
         level: those bytes → FifoLevel; None: bytes that the chip cannot give.
         fifo_register: where the FIFO is read.
         word_size: bytes of a word of the FIFO.
@@ -158,7 +158,7 @@ class FifoImu:
 
     def drain(self) -> FifoReading:
         """All whole samples of the FIFO. After an overflow it is emptied, because the lost samples are unknown
-        (or, where the size of the FIFO is no multiple of a sample's, where one begins), and the reading says so.
+        (or, where the size of the FIFO is not a multiple of a sample's, where one begins), and the reading reports it.
 
         Raises:
             SensorError: the chip does not answer, or gives nothing but zeros or ones.

@@ -1,4 +1,4 @@
-"""What InvenSense's IMUs have in common: full scales and their bits, and the rows of the FIFO."""
+"""The common part of InvenSense's IMUs: full scales and their bits, and the rows of the FIFO."""
 
 import struct
 from collections.abc import Callable
@@ -37,7 +37,7 @@ def build_chip(
     """Rates are ``base_rate`` in Hz by 1 to 256; codes of full scale begin at bit ``code_shift``.
 
     ``registers``: of the FIFO's level, of its data, and the first one of the 14 bytes with the newest sample.
-    ``fifo_size`` in bytes is no multiple of a row: a full FIFO has lost the boundaries of its rows, or the newest ones.
+    ``fifo_size`` in bytes is not a multiple of a row: a full FIFO has lost its rows' boundaries, or the newest rows.
     """
 
     def level(data: bytes) -> FifoLevel | None:

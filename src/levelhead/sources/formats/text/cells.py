@@ -16,7 +16,7 @@ _DECIMAL_COMMA = re.compile(r"\s*[-+]?\d+,\d+(?:[eE][-+]?\d+)?\s*$")
 
 
 def cells(line: str, delimiter: str) -> list[str]:
-    """The cells of one line, quotes taken off; a blank delimiter stands for any run of white space."""
+    """The cells of one line, quotes taken off; a blank delimiter means any run of white space."""
     if delimiter == " ":
         return line.split()
     if '"' in line:
@@ -63,7 +63,7 @@ def is_decimal_comma(cell: str) -> bool:
 
 
 def is_data(row: Sequence[str], comma: bool) -> bool:
-    """Whether at least half of what stands in the line is numbers, stamps or hexadecimal words."""
+    """Whether at least half of the line is numbers, stamps or hexadecimal words."""
     filled = [cell for cell in row if cell.strip().lower() not in MISSING]
     known = sum(is_number(cell, comma) or _HEX.match(cell.strip()) is not None or is_stamp(cell) for cell in filled)
     numbers = sum(is_number(cell, comma) for cell in filled)

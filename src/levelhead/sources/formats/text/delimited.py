@@ -22,14 +22,14 @@ _BLOCK = 1 << 19  # bytes read at a time: arrays of their cells stay in the proc
 _MAX_UNKNOWN_SHARE = 0.2  # of a column that array operations leave to Python
 BIG = 8 << 20  # bytes from which pyarrow is worth its import
 TORN_SHARE = 0.01  # of the lines, at most, that may be torn and are left out
-TORN_LAST = 20  # lines from which on a torn last one is no wonder: the power was cut
+TORN_LAST = 20  # lines from which on a torn last one is usual: the power was cut
 _NULLS = sorted(
     {form for word in MISSING for form in (word, word.upper(), word.capitalize())} | {"NaN"}
 )  # as pyarrow wants them
 
 
 def matches(file: TextFile) -> bool:
-    """True: what is written in no other dialect is a table, or an error says what is missing."""
+    """True: text of no other dialect is a table, or an error names the missing part."""
     return True
 
 
@@ -313,7 +313,7 @@ class _Rows:
         return keep
 
     def left_out(self) -> dict[int, str]:
-        """Numbers of the lines that are torn or hold a cell that is no number, each with the sentence."""
+        """Numbers of the lines that are torn or hold a cell that is not a number, each with the sentence."""
         found = dict(self.torn)
         for row, (i, cell) in self.bad.items():
             line = self.line + row if self.lines is None else self.lines[row]
@@ -361,7 +361,7 @@ def open_by_arrow(source: Untyped, layout: Layout, wanted: Sequence[int], exact:
     """The columns at some positions of a text file as Arrow reads them, batch by batch, by position.
 
     Raises:
-        pyarrow.ArrowException: something in it is no number.
+        pyarrow.ArrowException: something in it is not a number.
     """
     import pyarrow as pa
     import pyarrow.csv as pa_csv

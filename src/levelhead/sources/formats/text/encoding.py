@@ -9,7 +9,7 @@ from levelhead.sources.conclusion import Basis, Conclusion
 
 MARKS = ((codecs.BOM_UTF8, "utf-8"), (codecs.BOM_UTF16_LE, "utf-16-le"), (codecs.BOM_UTF16_BE, "utf-16-be"))
 _DEGREES = (("gb18030", b"\xa1\xe3"), ("cp949", b"\xa1\xc6/"), ("cp932", b"\x81\x8b/"))  # "°", "°/" of the east
-MIN_LETTERS = 40  # letters beyond ASCII, below which a language cannot be told
+MIN_LETTERS = 40  # letters beyond ASCII, below which a language is unclear
 GUESS_BYTES = 1 << 16  # bytes from which a code page is guessed
 
 
@@ -49,7 +49,7 @@ def find_encoding(head: bytes, source: str) -> Encoding:
 
 
 def _code_page(head: bytes) -> Encoding:
-    """The older code page that fits; Windows' western one where nothing tells, since numbers are the same in all."""
+    """The older code page that fits; Windows' western one where nothing shows it, since numbers are the same in all."""
     name = next((page for page, sign in _DEGREES if sign in head), "cp1252")  # ° and µ of the west
     if sum(sign > 127 for sign in head) >= MIN_LETTERS and find_spec("charset_normalizer") is not None:
         from charset_normalizer import from_bytes

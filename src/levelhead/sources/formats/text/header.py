@@ -20,7 +20,7 @@ _RATE = re.compile(
 _PERIOD = re.compile(r"(?:rate|period|interval)\W{0,12}?\d+(?:\.\d+)?\s*(?:ms|us|milli|micro)", re.IGNORECASE)
 _PRINTF = re.compile(r"%[\w.]+\(([^)]*)\)")
 _FEW_ROWS = 5  # lines below a header by which its names are judged
-_SAME = 0.7  # share of equal cells from which a line of a header says little
+_SAME = 0.7  # share of equal cells from which a line of a header distinguishes little
 _NO_UNIT = {"no units", "no unit", "unitless", "none", "n/a", "-", ""}
 _RELATIVE = {"local", "local_flux", "a.u.", "au", "normalized", "normalised", "arbitrary"}
 
@@ -90,7 +90,7 @@ def _counted_axes(row: Sequence[str]) -> list[int]:
 def join_names(header: Sequence[Sequence[str]], width: int) -> list[str]:
     """One name per column.
 
-    Of several header lines, a group's name spreads over the blank cells behind it, a line that says the same for all
+    Of several header lines, a group's name spreads over the blank cells behind it, a line that is the same for all
     columns is left out, and a line of units becomes the bracket at the end of the name.
     """
     rows = [[row[i].strip() if i < len(row) else "" for i in range(max(width, len(row)))] for row in header]
@@ -140,7 +140,7 @@ def _says_little(row: Sequence[str]) -> bool:
 
 
 def _sensors_apart(rows: Sequence[Sequence[str]]) -> bool:
-    """Whether these header lines alone tell all columns of sensors apart."""
+    """Whether these header lines alone distinguish all columns of sensors."""
     names = [" ".join(cell for cell in column if cell) for column in zip(*rows, strict=True)]
     sensors = [name for name in names if understand(name).role in {"gyr", "acc", "mag"} and understand(name).axis]
     return len(sensors) > 5 and len(set(sensors)) == len(sensors)
@@ -181,7 +181,7 @@ def _fit_one(names: Sequence[str], given: int, rows: Sequence[Sequence[str]]) ->
 def number_twins(names: Sequence[str]) -> list[str]:
     """The names, with " (2)" behind those of a second set of sensors that are called as those of the first.
 
-    A single name that comes again, without its axes, stays: nobody knows which of the two it is.
+    A single name that comes again, without its axes, stays: it may be either of the two.
     """
     known = [understand(name) for name in names]
     made = list(names)

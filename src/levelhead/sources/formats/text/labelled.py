@@ -1,4 +1,4 @@
-"""Text in which a word stands before its number, as serial monitors and plotters show it.
+"""Text with a word before each number, as serial monitors and plotters show it.
 
 ``AcX = 1200 | AcY = -36``, ``ax=0.01 ay=0.02``, ``roll:1.2,pitch:3.4``, ``X: 0.1 Y: 0.2 Z: 9.8 m/s^2``, and lines that
 begin with what they hold, ``a/g:\t1\t2\t3\t4\t5\t6``. Files and serial lines are read by the same rules.
@@ -17,7 +17,7 @@ from levelhead.sources.formats.text.file import TextFile
 from levelhead.sources.formats.text.header import rate_in
 from levelhead.sources.table import ArrayTable
 
-# A number stands alone: "acc1", "m/s^2", "a/g" and "0x50" hold none.
+# A number is separate: "acc1", "m/s^2", "a/g" and "0x50" hold none.
 _NUMBER = re.compile(
     r"(?<![\w.^/])(?<!\d[-:])[-+]?(?:\d+\.?\d*(?:[eE][-+]?\d+)?|\.\d+(?:[eE][-+]?\d+)?|nan|NaN|NAN)(?![\w.]*[\w])"
     r"|(?<![\w.^/])(?<!\d[-:])[-+]?(?:\d+\.?\d*|\.\d+)(?=(?:deg|rad|dps|mg|g|uT|µT|m/s|°|ms|us|C)\b)"
@@ -62,9 +62,9 @@ def tables(file: TextFile) -> Sequence[ArrayTable]:
 
 
 def parse(line: str) -> dict[str, float]:
-    """The numbers of one line by their names; {} if it is no line of words and numbers.
+    """The numbers of one line by their names; {} if it is not a line of words and numbers.
 
-    A name is what stands before ``=`` or ``:``; the axes that follow "Accel X" without a word of their own are named
+    A name is the text before ``=`` or ``:``; the axes that follow "Accel X" without a word of their own are named
     after it ("Accel Y"). A known unit after a number is added to the names of its group in brackets.
 
     >>> parse("Accel X: 0.1  Y: 0.2  Z: 9.8 m/s^2")
@@ -88,7 +88,7 @@ def parse(line: str) -> dict[str, float]:
     if unit:
         labels[-1] = (*labels[-1][:2], unit)
     if labels[0][0] == "" and len(labels[0][1]) == 1 and named >= _MIN_NAMES and named == len(labels) - 1:
-        labels[0] = ("time", *labels[0][1:])  # the number of a row or its stamp stands first, without a name
+        labels[0] = ("time", *labels[0][1:])  # the number of a row or its stamp comes first, without a name
         named += 1
     if named == 0 or named < len(labels):
         return {}
@@ -122,7 +122,7 @@ def looks_labelled(lines: Sequence[str]) -> bool:
 
 
 def _split(gap: str) -> tuple[str, str]:
-    """(unit of the number before, name of the number behind) in what stands between two numbers."""
+    """(unit of the number before, name of the number behind) in the text between two numbers."""
     text = gap.rstrip(" \t([{\"',")
     marked = text[-1:] in ("=", ":")
     bracket = _UNIT_OF_NAME.search(text) if marked else _UNIT_BEHIND_NAME.search(gap)

@@ -35,7 +35,7 @@ from levelhead.sources.formats.text.header import (
 
 _MAX_LINES = 600  # that are looked at
 _MAX_DATA = 60  # of them, lines of numbers by which the delimiter is judged
-_MIN_WORDS = 5  # cells that tell whether a column holds words
+_MIN_WORDS = 5  # cells that show whether a column holds words
 _MAX_LATE = 100  # lines of numbers that may stand above a header: a serial line that was joined too early
 _MIN_SHORT = 6  # names of a header that names only the first columns
 _MAX_HEADER = 6  # lines of a header
@@ -125,7 +125,7 @@ class Header(NamedTuple):
 
 
 class _Sample:
-    """The lines of a file that tell its layout; each is looked at when it is asked for, which few are."""
+    """The lines of a file that show its layout; each is looked at when it is asked for, which few are."""
 
     def __init__(self, content: Sequence[tuple[int, str]], shape: Shape) -> None:
         self.shape = shape
@@ -262,7 +262,7 @@ def _near(row: Sequence[str], width: int) -> bool:
 def _shape(lines: Sequence[str]) -> Shape | None:
     """The shape under which most lines are numbers; None: none is.
 
-    The last lines count, since what stands above the numbers may have any shape.
+    The last lines count, since the lines above the numbers may have any shape.
     """
     sample = lines[-_MAX_DATA:]
     tail = ";" if sum(line.rstrip().endswith(";") for line in sample) > 0.9 * len(sample) else ""

@@ -1,4 +1,4 @@
-"""Text whose rows belong to different sensors: a word or a number in each row says which.
+"""Text whose rows belong to different sensors: a word or a number in each row names it.
 
 "IMU, 1200, 0.1, …" beside "MAG, 1201, …" (ArduPilot, with FMT rows that name the columns), "ACC;12;0.1;…", and tables
 with a column "sensor" in which accelerometer and gyroscope alternate.
@@ -36,22 +36,22 @@ _FIELD, _BIAS = (
     re.compile(r"(?i)bias"),
 )  # x of Android is the field + its bias
 _MAX_TYPES = 80
-_MAX_KEY = 6  # columns among which the key stands
+_MAX_KEY = 6  # columns that may be the key
 _MIN_ROWS = 3  # of a type
-_MIN_FORCES = 5  # rows that show where the force stands
+_MIN_FORCES = 5  # rows that show the columns of the force
 _MAX_FORCE_SHARE = 0.3  # by which a force in motion may differ from gravity
 Row = list[str]
 
 
 class KeyColumn(NamedTuple):
-    """The column that tells the sensor of a row: its position, and the meaning of its numbers; None if it has words."""
+    """The column with the sensor of a row: its position, and the meaning of its numbers; None if it has words."""
 
     position: int
     kinds: Mapping[str, str] | None = None
 
 
 class RowTyping(NamedTuple):
-    """How rows tell their sensor: by a key column, or, without one, by a number before each sensor's three axes."""
+    """The mark of a row's sensor: a key column, or, without one, a number before each sensor's three axes."""
 
     delimiter: str
     key: KeyColumn | None
@@ -72,7 +72,7 @@ def tables(file: TextFile) -> list[ArrayTable]:
 
 
 def _typing(lines: Sequence[str]) -> RowTyping | None:
-    """How the rows tell their sensor; None if they do not."""
+    """The mark of the rows' sensors; None if there is none."""
     for delimiter in "\t;,":
         rows = [[cell.strip() for cell in cells(line, delimiter)] for line in lines[:_SAMPLE_LINES]]
         if sum(len(row) > 3 for row in rows) < 0.5 * len(rows):

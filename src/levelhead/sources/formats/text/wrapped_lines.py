@@ -174,7 +174,7 @@ def _without_tags(lines: Sequence[str]) -> str | None:
     found = [match.groups() for line in lines if (match := _TAGGED.match(line))]
     if len(kinds := {tag for tag, _ in found}) > 1:
         return "\n".join(f"{tag},{rest}" for tag, rest in found)
-    parts = {"A": "acc", "M": "mag", "G": "gyr"}  # Razor AHRS: yaw, pitch, roll and these, as its letters say
+    parts = {"A": "acc", "M": "mag", "G": "gyr"}  # Razor AHRS: yaw, pitch, roll and these, by its letters
     tag = kinds.pop()
     names = [f"{parts[letter]}_{axis}" for letter in tag[3:] for axis in "xyz"] if _YPR.fullmatch(tag) else []
     return "\n".join([",".join(["yaw", "pitch", "roll", *names])] * bool(names) + [rest for _, rest in found])
@@ -343,7 +343,7 @@ class Wrapping(NamedTuple):
     unwrap: Callable[[Sequence[str]], str | None]
 
 
-# In this order because later patterns match lines of earlier ones too: a logger's clock stands before any sentence, and
+# In this order because later patterns match lines of earlier ones too: a logger's clock comes before any sentence, and
 # a sentence of a known maker is a sentence with a checksum.
 _WRAPPINGS = (
     Wrapping(_COLOUR, _without_colours),

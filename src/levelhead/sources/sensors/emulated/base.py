@@ -1,4 +1,4 @@
-"""What all emulated chips share: registers, and a clock of their own by which they measure."""
+"""The common part of all emulated chips: registers, and a clock of their own by which they measure."""
 
 import errno
 import os
@@ -51,7 +51,7 @@ class EmulatedChip:
             self.measure(self.world.row(start + self._done / rate))
 
     def measure(self, row: int) -> None:
-        """Takes one measurement, of what stands in that row of the world."""
+        """Takes one measurement, of that row of the world."""
 
     def read(self, register: int) -> int:
         """One byte, with what its reading does."""

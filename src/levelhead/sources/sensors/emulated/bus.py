@@ -12,7 +12,7 @@ READ = 0x0001  # of a message of smbus2
 
 
 class Chip(Protocol):
-    """What the bus asks of a chip."""
+    """The methods of a chip that the bus calls."""
 
     address: int
 

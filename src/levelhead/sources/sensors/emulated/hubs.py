@@ -82,7 +82,7 @@ class EmulatedBNO055(EmulatedChip):
 
 
 class EmulatedBNO085(EmulatedChip):
-    """BNO085: says who it is after a reset, and sends reports once they are switched on."""
+    """BNO085: sends its identity after a reset, and sends reports once they are switched on."""
 
     ADVERTISEMENT = b"\x00" + b"\x01\x04\x00\x00\x00\x00" + b"\x80\x06" + b"1.1.0\x00" + bytes(200)
     NUMBER = 10_003_608  # of its software
@@ -138,7 +138,7 @@ class EmulatedBNO085(EmulatedChip):
         return bytes([number, count, 0x03, 0x00]) + data
 
     def receive(self, length: int) -> bytes:
-        """What the host reads: a header, and as much of the cargo as it asks for."""
+        """The bytes that the host reads: a header, and as much of the cargo as it asks for."""
         if not self._queue:
             return bytes(length)
         channel, cargo = self._queue[0]
@@ -155,7 +155,7 @@ class EmulatedBNO085(EmulatedChip):
         return (head + part)[:length].ljust(length, b"\x00")
 
     def send(self, data: bytes) -> None:
-        """What the host writes: a packet; one that is too short is none."""
+        """The bytes that the host writes: a packet; a short one is ignored."""
         if len(data) < 5 or struct.unpack_from("<H", data)[0] != len(data):
             return
         channel, cargo = data[2], data[4:]

@@ -11,7 +11,7 @@ from levelhead.units import DEGREE, GRAVITY
 class EmulatedMPU6050(EmulatedChip):
     """MPU-6050: asleep after power-up, 1024 bytes of FIFO that drop the oldest ones.
 
-    What follows from the settings is worked out when they are written, and the output registers when they are read, so
+    The consequences of the settings are computed when they are written, and the output registers when they are read, so
     that a measurement takes its reader hardly any time, as in the real chip.
     """
 

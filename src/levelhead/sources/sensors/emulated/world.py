@@ -1,4 +1,4 @@
-"""What emulated chips feel: a recording, played over and over by a clock."""
+"""The motion of emulated chips: a recording, played over and over by a clock."""
 
 import time
 from collections.abc import Callable
@@ -70,7 +70,7 @@ class World:
         return x, y, z
 
     def at(self, seconds: float) -> Moment:
-        """What is felt ``seconds`` after the beginning."""
+        """The motion ``seconds`` after the beginning."""
         return self.row_moment(self.row(seconds))
 
     def attitude(self, row: int) -> Wxyz:
@@ -79,7 +79,7 @@ class World:
         return w, x, y, z
 
     def row_moment(self, row: int) -> Moment:
-        """What is felt in a row."""
+        """The motion in a row."""
         return Moment(*(tuple(self._values[name][row].tolist()) for name in ("gyr", "acc", "mag")))
 
     def coded(self, name: str, order: str, scale: float) -> list[bytes]:
