@@ -1,6 +1,6 @@
 """The walk of a foot with a sensor on it: stance, strides and position, bounded by the ground that does not move.
 
-``stance`` finds when the foot is on the ground; ``ESKF``'s smoother has zero velocity as a measurement; ``strides`` cuts
+``stance`` finds when the foot is on the ground; ``ESKF``'s smoother takes zero velocity there; ``strides`` cuts
 the walk into strides and keeps a level floor level.
 """
 

@@ -22,7 +22,7 @@ Each row of H is a unit vector, so the updates are scalar ones, one after the ot
     K = P hᵀ/(h P hᵀ + r),   x ← x + K y,   P ← P − K h P                                                       (7)
 
 A body that stays in the room does not accelerate on average: f is low-passed in the earth frame, where gravity is
-constant however the sensor turns, before it is a measurement. The variance r of what is left follows | |a| − g |, as q_θ
+constant however the sensor turns, before it is a measurement. The variance r of the rest follows | |a| − g |, as q_θ
 follows the rate, whose error is a share of itself.
 
 A magnet may turn the heading but never tilt the horizon: the dip of the field does not enter, nor does, in (6), what

@@ -168,7 +168,7 @@ static Axis kalman_axis_step(double params_q_angle, double params_q_bias, double
     return found;
 }
 
-/* All there is to tell. */
+/* The full state of the axis. */
 static Axis kalman_axis_read(double axis_level, double axis_rate, double axis_bias, double axis_p_level,
     double axis_p_cross, double axis_p_bias, double axis_gain_level, double axis_gain_bias,
     double axis_innovation)

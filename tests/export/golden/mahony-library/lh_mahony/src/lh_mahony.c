@@ -561,7 +561,7 @@ static LH_CALLED void driver_start(const ConditionedSample *sample, FilterRun *r
  * Detectors that need the readings alone: full scale, axes that hang, spikes, and specific force that is not gravity.
  *
  * Their results are the same for every run over a recording, so lanes compute them once for all. A reading that is missing
- * is left out: the slow mean stands for it in the sums for rest, and no other detector uses it.
+ * is left out: the slow mean replaces it in the sums for rest, and no other detector uses it.
  */
 
 /* Whether a reading is at full scale: full if known (not 0), else the largest one so far if it is a plateau. */
@@ -782,7 +782,7 @@ static LH_CALLED void full_scale_update_approach(Approach *approach, const Extre
  *
  * sin, cos and atan2 of nothing but + − × ÷ and comparisons: the same bits on every machine, whatever its libm.
  *
- * IEEE 754 says how sums, products, quotients and roots are rounded, and says nothing about sines: their last bit differs
+ * IEEE 754 defines the rounding of sums, products, quotients and roots, and not of sines: their last bit differs
  * between C libraries. Besides, a compiler cannot turn a call of a library into one for several lanes.
  *
  * Polynomials are economized Taylor series (Lanczos, Applied Analysis, 1956, chapter 7); tests/reference/economized.py
@@ -1922,8 +1922,7 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
                 }
                 r = r_3;
             }
-            /* rate_noise.update_noise: After a rate (rad/s) that stands for dt seconds, which is of the noise
-             * alone where it is quiet.
+            /* rate_noise.update_noise: After a rate (rad/s) over dt seconds, which is of the noise alone where it is quiet.
              */
             const float x_5 = fabsf(last_x_4 - carry->sample.detected.noise.last.x);
             const float y_5 = fabsf(last_y_4 - carry->sample.detected.noise.last.y);
@@ -2111,8 +2110,8 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
                     y_7 = 0.0f;
                     z_7 = 0.0f;
                 } else {
-                    /* full_scale.mean_beyond: What the last reading, of dt seconds, leaves out in the mean;
-                     * at most as much as it reads.
+                    /* full_scale.mean_beyond: The mean excess that the last reading, of dt seconds, leaves
+                     * out; at most as much as it reads.
                      */
                     const float number_64 = (carry->sample.force.time - 0.5f * dt) / 3.0f;
                     /* vec3.scale: s·a */
@@ -2128,8 +2127,8 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
                     float y_9;
                     float z_9;
                     if (size > most) {
-                        /* full_scale.mean_beyond: What the last reading, of dt seconds, leaves out in the
-                         * mean; at most as much as it reads.
+                        /* full_scale.mean_beyond: The mean excess that the last reading, of dt seconds,
+                         * leaves out; at most as much as it reads.
                          */
                         const float number_65 = most / size;
                         x_9 = x_8 * number_65;
@@ -2213,8 +2212,8 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
                 y_10 = 0.0f;
                 z_10 = 0.0f;
             } else {
-                /* full_scale.mean_beyond: What the last reading, of dt seconds, leaves out in the mean; at
-                 * most as much as it reads.
+                /* full_scale.mean_beyond: The mean excess that the last reading, of dt seconds, leaves out;
+                 * at most as much as it reads.
                  */
                 const float number_71 = (carry->sample.rate.time - 0.5f * dt) / 3.0f;
                 /* vec3.scale: s·a */
@@ -2230,8 +2229,8 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
                 float y_12;
                 float z_12;
                 if (size_2 > most_2) {
-                    /* full_scale.mean_beyond: What the last reading, of dt seconds, leaves out in the mean;
-                     * at most as much as it reads.
+                    /* full_scale.mean_beyond: The mean excess that the last reading, of dt seconds, leaves
+                     * out; at most as much as it reads.
                      */
                     const float number_72 = most_2 / size_2;
                     x_12 = x_11 * number_72;
@@ -2712,7 +2711,7 @@ static int32_t driver_health(const FilterRun *run)
  *
  * sin, cos and atan2 of nothing but + − × ÷ and comparisons: the same bits on every machine, whatever its libm.
  *
- * IEEE 754 says how sums, products, quotients and roots are rounded, and says nothing about sines: their last bit differs
+ * IEEE 754 defines the rounding of sums, products, quotients and roots, and not of sines: their last bit differs
  * between C libraries. Besides, a compiler cannot turn a call of a library into one for several lanes.
  *
  * Polynomials are economized Taylor series (Lanczos, Applied Analysis, 1956, chapter 7); tests/reference/economized.py
@@ -2957,13 +2956,13 @@ lh_mahony_vec3 lh_mahony_linear_acceleration(const lh_mahony *filter, const floa
 
 void lh_mahony_get_carry(const lh_mahony *filter, lh_mahony_saved *to)
 {
-    to->mark = UINT32_C(0x880668BC);
+    to->mark = UINT32_C(0xDBAC0897);
     to->carry = filter->carry;
 }
 
 bool lh_mahony_set_carry(lh_mahony *filter, const lh_mahony_saved *from)
 {
-    if (from->mark != UINT32_C(0x880668BC)) {
+    if (from->mark != UINT32_C(0xDBAC0897)) {
         return false;
     }
     filter->carry = from->carry;

@@ -69,7 +69,7 @@ typedef struct {
     bool whole_field; /* compare the whole field; tilt follows it too */
 } lh_mahony_params;
 
-/* What counts as rest, as saturation and as disturbance; the defaults need no thought. */
+/* Thresholds of rest, saturation and disturbance; the defaults need no thought. */
 typedef struct {
     float gyr_range; /* deg/s: full scale of the gyroscope; 0: found when it clips (at least 0) */
     float acc_range; /* m/s²: full scale of the accelerometer; 0: found when it clips (at least 0) */
@@ -85,7 +85,7 @@ typedef struct {
     float mag_time; /* s: disturbed: after so long it counts (at least 0) */
 } lh_mahony_guard;
 
-/* What a user chooses: the filter's parameters, and the guard's. */
+/* The user's choice: the filter's parameters, and the guard's. */
 typedef struct {
     lh_mahony_params filter;
     lh_mahony_guard guard;
@@ -156,7 +156,7 @@ typedef struct {
     lh_mahony_vec3 evidence; /* p n of the run of small changes */
 } lh_mahony_rate_noise;
 
-/* What the detectors keep of the readings, and what they found in the last of them. */
+/* The detectors' memory of the readings, and their findings in the last of them. */
 typedef struct {
     lh_mahony_sums sums;
     lh_mahony_slow_means means;
@@ -226,7 +226,7 @@ typedef struct {
     float rejected; /* s for which readings have not fitted */
 } lh_mahony_field;
 
-/* What the guard keeps of one run of a filter. */
+/* The guard's memory of one run of a filter. */
 typedef struct {
     lh_mahony_rest rest;
     float acc_rejected; /* s for which the specific force has not been gravity */
@@ -247,7 +247,7 @@ typedef struct {
     float motion;
 } lh_mahony_observer_covariance;
 
-/* What one filter with its parameters carries from one sample to the next. */
+/* The carry of one filter from one sample to the next. */
 typedef struct {
     lh_mahony_state state; /* the filter's */
     int32_t health;
@@ -255,7 +255,7 @@ typedef struct {
     lh_mahony_observer_covariance covariance;
 } lh_mahony_filter_run;
 
-/* What goes from one sample to the next: the carry of a scan, as in jax.lax.scan. */
+/* The carry from one sample to the next, as in jax.lax.scan. */
 typedef struct {
     lh_mahony_conditioned_sample sample;
     lh_mahony_filter_run run;
