@@ -162,9 +162,8 @@ class Stream:
         if self._warmth is not None:
             self._tick, self._tick_mag = self._warmth.correct_ticks(self._tick, self._tick_mag)
         self._corrected = fixed is not None or self._warmth is not None
-        self._run_rows: Callable[..., None] | None = None
-        if chosen == "native" and not self._corrected:
-            self._run_rows = getattr(self._place, "run_rows", None)
+        in_rows = chosen == "native" and not self._corrected
+        self._run_rows: Callable[..., None] | None = getattr(self._place, "run_rows", None) if in_rows else None
         if self._run_rows is None:
             self._tick, self._tick_mag = _with_tuples(self._tick), _with_tuples(self._tick_mag)
         self._plain_ticks = self._tick, self._tick_mag
@@ -398,8 +397,7 @@ class Stream:
             return None
         said: NavState = self._filter.aiding.nav_state(self.params, self._stepper.state.run.state)
         if self._heading is not None:
-            vectors = (Vec3(*self._heading.turn_vector(v)) for v in (said.position, said.velocity))
-            position, velocity = vectors
+            position, velocity = (Vec3(*self._heading.turn_vector(v)) for v in (said.position, said.velocity))
             said = said._replace(position=position, velocity=velocity)
         return said if said.aided else None
 
