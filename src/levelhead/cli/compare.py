@@ -92,11 +92,12 @@ def compare(
     from levelhead.publish.terminal_table import print_table
     from levelhead.sources import attitudes
 
+    names = column_names(track)
+    columns = [name for name in names if name.startswith(COLUMN)]
     own = {} if log is None else attitudes(log)
     tracks = {name: one for name, one in own.items() if _overlap(one, recording) > LEAST_OVERLAP}
-    names = column_names(track)
-    tracks |= {name: reading.orientation(log, name) for name in names if not name.startswith(COLUMN)}
-    angles = {name: Angle(*reading.angle(log, name.removeprefix(COLUMN))) for name in names if name.startswith(COLUMN)}
+    tracks |= {name: reading.orientation(log, name) for name in names if name not in columns}
+    angles = {name: Angle(*reading.angle(log, name.removeprefix(COLUMN))) for name in columns}
     with progress("comparing") as report:
         comparison = run(recording, chosen, tracks=tracks, angles=angles, guard=before, progress=report)
     picture = None
@@ -109,16 +110,18 @@ def compare(
         print_json(comparison.to_dict() | {"written": [str(picture)] if picture else []})
         return
     print_table(comparison)
+    print_line(_picture_line(picture, out))
+
+
+def _picture_line(picture: Path | None, out: Path | None) -> str:
+    """Where the picture is, or why there is none."""
     if picture:
-        print_line(f"written: {picture}")
-    elif out is not None and not can_draw():
-        print_line(NO_PICTURE)
-    elif out is not None:
-        print_line(
-            "no picture: the four panels need the true orientation; `levelhead fuse` draws a recording without one"
-        )
-    else:
-        print_line("no picture asked for: -o DIR draws the four panels")
+        return f"written: {picture}"
+    if out is None:
+        return "no picture asked for: -o DIR draws the four panels"
+    if not can_draw():
+        return NO_PICTURE
+    return "no picture: the four panels need the true orientation; `levelhead fuse` draws a recording without one"
 
 
 def _overlap(track: "Track", recording: "Recording") -> float:

@@ -1,12 +1,16 @@
 """``levelhead joint UPPER LOWER``: the angles of a joint between two segments."""
 
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import Parameter
 
 from levelhead.cli.options import Reading, can_draw, folder, print_json, print_line, print_written, require_writable
 from levelhead.errors import LevelheadError
+from levelhead.json_file import JsonObject
+
+if TYPE_CHECKING:
+    from levelhead.joints import Joint
 
 
 def joint(
@@ -57,17 +61,19 @@ def joint(
         written.append(out / f"{name}-joint.png")
         joint_picture(found, written[1])
     if json:
-        facts = {
-            "axis_upper": found.axis_upper.tolist(),
-            "axis_lower": found.axis_lower.tolist(),
-            "sigma_axes_deg": list(found.sigma_axes),
-            "residual_deg": found.residual,
-            "angle_deg": [found.angle.min(axis=0).tolist(), found.angle.max(axis=0).tolist()],
-            "fault": found.fault,
-            "written": [str(path) for path in written],
-        }
-        print_json(facts)
+        print_json(_facts(found) | {"written": [str(path) for path in written]})
     else:
         print_line(str(found))
         print_written(written, plot)
     return int(bool(found.fault))
+
+
+def _facts(found: "Joint") -> JsonObject:
+    return {
+        "axis_upper": found.axis_upper.tolist(),
+        "axis_lower": found.axis_lower.tolist(),
+        "sigma_axes_deg": list(found.sigma_axes),
+        "residual_deg": found.residual,
+        "angle_deg": [found.angle.min(axis=0).tolist(), found.angle.max(axis=0).tolist()],
+        "fault": found.fault,
+    }

@@ -70,9 +70,7 @@ def joint(
         raise LevelheadError(f"axes is {axes!r}; expected 1, 2 or 3, and 3 with frames")
     first, second = _track(upper, "upper", axes == 3), _track(lower, "lower", axes == 3)
     t, rows = _common_stamps(first.t, second.t)
-    start = t[0] if zero is None else float(zero)
-    if not t[0] <= start <= t[-1]:
-        raise LevelheadError(f"zero is {start:g} s; expected a stamp between {t[0]:g} and {t[-1]:g} s")
+    start = _zero_stamp(t, zero)
     sensors = matrix(first.quat[rows]), matrix(interpolate(t, second.t, second.quat))
     tilt = _tilt_variance(first, t) + _tilt_variance(second, t)
     cost = None
@@ -81,9 +79,8 @@ def joint(
     if axes == 1:
         fit = fit_hinge(t, *sensors, cost)
         angle = hinge_angle(fit, *sensors)
-        return Joint(
-            t, np.degrees(angle - np.interp(start, t, angle)), np.degrees(hinge_sigma(fit, sensors[1], tilt)), fit
-        )
+        angle, sigma = angle - np.interp(start, t, angle), hinge_sigma(fit, sensors[1], tilt)
+        return Joint(t, np.degrees(angle), np.degrees(sigma), fit)
     fit = fit_two_axes(t, *sensors) if axes == 2 else _fit_main_axis(t, sensors, first, second, cost)
     sensors = about_vertical_frames(sensors[0], fit.heading), sensors[1]
     on_upper, on_lower = _segments(fit, axes, frames, sensors, int(np.argmin(np.abs(t - start))))
@@ -92,6 +89,14 @@ def joint(
     if axes == 2:  # the middle angle is the build of the joint, and has no zero of its own
         angles[:, [0, 2]] -= [np.interp(start, t, angles[:, i]) for i in (0, 2)]
     return Joint(t, np.degrees(angles), np.degrees(sigma), fit, axes)
+
+
+def _zero_stamp(t: Array, zero: float | None) -> float:
+    """The stamp at which the angles are zero; ``t`` are the common ones."""
+    start = float(t[0]) if zero is None else float(zero)
+    if not t[0] <= start <= t[-1]:
+        raise LevelheadError(f"zero is {start:g} s; expected a stamp between {t[0]:g} and {t[-1]:g} s")
+    return start
 
 
 def _segments(

@@ -93,7 +93,7 @@ def join_names(header: Sequence[Sequence[str]], width: int) -> list[str]:
     Of several header lines, a group's name spreads over the blank cells behind it, a line that is the same for all
     columns is left out, and a line of units becomes the bracket at the end of the name.
     """
-    rows = [[row[i].strip() if i < len(row) else "" for i in range(max(width, len(row)))] for row in header]
+    rows = [[cell.strip() for cell in row] + [""] * (width - len(row)) for row in header]
     unit_row = rows.pop() if len(rows) > 1 and _is_unit_row(rows[-1]) else []
     if len(rows) > 1:
         rows = [row for row in rows if len(set(row)) > 1] or rows[-1:]

@@ -153,12 +153,14 @@ def _without_clock(lines: Sequence[str], pattern: re.Pattern[str]) -> str | None
         return "\n".join(
             f"{_ROW_TIME[name]}: {_count(clock)} {_AROUND.sub(' ', rest)}" for clock, rest in found if parse(rest)
         )
-    plain = []
-    for clock, rest in found:
-        delimiter = next((sign for sign in "\t;," if sign in rest), " ")
-        numbers = sum(sign.isdigit() for sign in rest) > 0.3 * len(rest)
-        plain.append(f"{clock if numbers else name}{delimiter}{rest}")
-    return "\n".join(plain)
+    return "\n".join(_clock_cell(clock, rest, name) + rest for clock, rest in found)
+
+
+def _clock_cell(clock: str, rest: str, name: str) -> str:
+    """The first cell of a row, with its delimiter: the clock, or its name before names."""
+    delimiter = next((sign for sign in "\t;," if sign in rest), " ")
+    numbers = sum(sign.isdigit() for sign in rest) > 0.3 * len(rest)
+    return f"{clock if numbers else name}{delimiter}"
 
 
 def _count(clock: str) -> str:
