@@ -7,7 +7,7 @@ from cyclopts import Parameter
 
 from levelhead.cli.options import Reading, can_draw, folder, print_json, print_line, print_written, require_writable
 from levelhead.errors import LevelheadError
-from levelhead.json_file import JsonObject
+from levelhead.open_types import JsonObject
 
 if TYPE_CHECKING:
     from levelhead.joints import Joint
