@@ -84,6 +84,8 @@ def main() -> None:
     parser.add_argument("--seconds", type=float, default=3600.0, help="length of the simulated one (default 3600)")
     parser.add_argument("--turns", type=int, default=5, help="starts of the command (default 5)")
     given = parser.parse_args()
+    if given.log is not None:
+        lh.read(given.log)  # refuses it before a browser starts
     with tempfile.TemporaryDirectory() as folder, sync_playwright() as one:
         log = given.log
         if log is None:

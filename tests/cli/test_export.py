@@ -158,8 +158,8 @@ def test_what_a_run_learned_goes_to_the_board(levelhead, refused, tmp_path):
 @pytest.mark.parametrize(
     "text, said",
     [
-        ("{", "is no file of parameters"),
-        ("[1]", 'is no file of parameters; expected {"filter": "EKF", "params": {…}}'),
+        ("{", "is not a file of parameters"),
+        ("[1]", 'is not a file of parameters; expected {"filter": "EKF", "params": {…}}'),
         ('{"filter": "Kalman", "params": {}}', "holds parameters of Kalman, not of EKF"),
         ('{"params": {"gain": 1}}', "EKF has no parameter 'gain'"),
         ('{"params": {}, "guard": 3}', "guard is 3, but it must hold thresholds by name"),

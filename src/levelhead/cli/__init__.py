@@ -25,7 +25,7 @@ Start with `levelhead demo`; then `levelhead fuse LOG` for a recording of your o
 
 def _default(value: object) -> str | None:
     """A default that the help shows; a flag that is off shows none."""
-    return None if value in (None, ()) or value is False else str(value)
+    return None if value in (None, (), "") or value is False else str(value)
 
 
 app = App(

@@ -317,7 +317,7 @@ class Node:
         self._closed = True
         if self._began:
             self.safe_state.end()
-            text = f"{self.samples} samples, {self.loop.missed} missed ticks"
+            text = f"{self.samples} samples, ticks missed: {self.loop.missed}"
             self.journal.note("stopped", text, **self.figures())
         for topic in TOPICS:
             self.bus.withdraw(topic, self.id)

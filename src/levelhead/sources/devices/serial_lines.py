@@ -1,6 +1,7 @@
 """A microcontroller on a serial line that prints its samples as text."""
 
 import math
+import os
 import time
 from collections.abc import Callable
 
@@ -85,7 +86,8 @@ class SerialLines:
         try:
             self._line = serial.Serial(self.port, self.baud, timeout=0)
         except (OSError, ValueError) as error:
-            words = getattr(error, "strerror", None) or str(error)
+            number = getattr(error, "errno", None)  # pyserial's own words repeat the port
+            words = str(error) if number is None else os.strerror(number)
             raise SensorError(
                 "unplugged", f"cannot open {self.port}: {words}; is it plugged in, and are you in its group (dialout)?"
             ) from None
