@@ -78,7 +78,8 @@ def unusable(tmp_path_factory):
 
 
 UNUSABLE = ("none.csv", "torn.npz", "foreign.csv", "plain.csv", "half.npz")
-WITHOUT_REFERENCE = ("benchmarks.accuracy.same_answer", "benchmarks.speed.page", "benchmarks.speed.wasm")  # any log is good for these
+# Any log is good for these.
+WITHOUT_REFERENCE = ("benchmarks.accuracy.same_answer", "benchmarks.speed.page", "benchmarks.speed.wasm")
 CASES = [
     (script, name)
     for script in TAKING
