@@ -76,9 +76,9 @@ def orientation(
     counts: Mapping[str, str] | None = None,
     rate: float | None = None,
 ) -> Track:
-    """An orientation that stands in a log beside the sensors: what a vendor's own filter said, say.
+    """An orientation in a log beside the sensors, such as that of a vendor's own filter.
 
-    Its quaternions come as the file has them; ``levelhead.evaluate.align`` finds out what they mean, and ``compare``
+    Its quaternions come as the file has them; ``levelhead.evaluate.align`` finds their convention, and ``compare``
     with ``tracks`` does so by itself.
 
     Args:
@@ -113,7 +113,7 @@ def angle(
     counts: Mapping[str, str] | None = None,
     rate: float | None = None,
 ) -> tuple[str, Array, Array]:
-    """One angle that stands in a log beside the sensors, such as ``board_roll`` of the sketch of one axis.
+    """One angle in a log beside the sensors, such as ``board_roll`` of the sketch of one axis.
 
     Args:
         path: the file, as for ``read``.

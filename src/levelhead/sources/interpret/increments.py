@@ -37,11 +37,9 @@ def rates_of_increments(table: Table) -> ArrayTable | None:
     found = {role: _axes(table, pattern) for role, pattern in _GAINED.items()}
     if any(len(axes) != 3 for axes in found.values()):
         return None
-    if any(understand(name).role in ("gyr", "acc") for name in table.names):
+    if words_of(table) or any(understand(name).role in ("gyr", "acc") for name in table.names):
         return None
-    columns = table.read(list(range(len(table.names)))) if not words_of(table) else None
-    if columns is None:
-        return None
+    columns = table.read(list(range(len(table.names))))
     clock = _clock(table, columns)
     declared = any(_SI.fullmatch(name.strip()) for name in table.names)
     rates: dict[str, Column] = {}
