@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
 from levelhead.errors import LevelheadError
@@ -350,6 +350,7 @@ def survives(path: Path) -> None:
 
 @pytest.mark.slow
 @settings(max_examples=200, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@example(b"\x1c")  # a line of a blank that ends lines
 @given(st.one_of(st.binary(max_size=300), st.text(max_size=300).map(lambda s: s.encode("utf-8", "surrogatepass"))))
 def test_any_bytes_give_a_recording_or_a_sentence(tmp_path: Path, content: bytes) -> None:
     path = tmp_path / "log.csv"

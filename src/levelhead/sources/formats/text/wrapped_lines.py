@@ -95,6 +95,8 @@ def unwrap(text: str) -> str | None:
     """The text as lines of another dialect; None if its lines are not wrapped in the same way, by any pattern here."""
     lines = [line for line in lines_of(text) if line.strip()]
     sample = lines[:_SAMPLE_LINES]
+    if not sample:
+        return None
     if sum(line.count('"') % 2 for line in sample) > _MIN_OPEN * len(sample):
         return _without_breaks(lines)
     if sample[0].lstrip() == sample[0] and sum(line[0] in " \t" for line in sample) > _MIN_OPEN * len(sample):
