@@ -9,6 +9,7 @@ pictures are made anew as well, and kept with fewer colours.
 import argparse
 import inspect
 import math
+import os
 import re
 import sys
 import tempfile
@@ -20,9 +21,11 @@ import numpy as np
 from levelhead import cli, filters, guard, units
 from levelhead.axis_map import AxisMap
 from levelhead.calibrate import calibrate_magnetometer
+from levelhead.cli import help as cli_help
 from levelhead.engine import fuse
 from levelhead.engine.binding import is_guarded
 from levelhead.engine.calibration_history import calibration_history
+from levelhead.errors import FAMILIES
 from levelhead.filters import health
 from levelhead.filters.contract import Filter
 from levelhead.filters.eskf import state as eskf_state
@@ -279,7 +282,20 @@ def faults() -> str:
     return table(["fault", "what goes wrong", "usual size", "unit", "usual length"], rows)
 
 
+def errors() -> str:
+    """Each family of error messages: code, cause, cure, page."""
+    found = cli_help.pages()
+    sections = []
+    for family in FAMILIES:
+        page = found[family.page]
+        link = Path(os.path.relpath(page, DOCS / "reference")).as_posix()
+        more = f"More: [{cli_help.title(page)}]({link})"
+        sections.append(f"## {family.code}\n\n{family.cause}\n\n**Cure.** {family.cure}\n\n{more}\n")
+    return "\n".join(sections)
+
+
 BLOCKS: dict[str, Callable[[], str]] = {
+    "errors": errors,
     "verbs": verbs,
     "filters": overview,
     "health": bits,

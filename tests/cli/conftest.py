@@ -1,6 +1,7 @@
 """The command line as a user meets it, but in this process: what it said, and how it left."""
 
 import json
+import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -30,6 +31,13 @@ class Said(NamedTuple):
 Levelhead = Callable[..., Said]
 
 
+def sentence(err: str) -> str:
+    """The sentence of an error on its one line; below it only the topic of ``levelhead help`` may stand."""
+    found = re.fullmatch(r"levelhead: (.+)\n(?:  more: levelhead help \w+\n)?", err)
+    assert found, err
+    return found[1].strip()
+
+
 @pytest.fixture
 def levelhead(capsys: pytest.CaptureFixture[str]) -> Levelhead:
     """Runs ``levelhead WORDS`` and returns what came of it."""
@@ -43,14 +51,14 @@ def levelhead(capsys: pytest.CaptureFixture[str]) -> Levelhead:
 
 @pytest.fixture
 def refused(levelhead: Levelhead) -> Callable[..., str]:
-    """Runs ``levelhead WORDS``, which must be bad input: exit code 2, one line on stderr, nothing else; that line."""
+    """Runs ``levelhead WORDS``, which must be bad input: exit code 2, one sentence and a topic of help on stderr, nothing
+    else; that sentence."""
 
     def run(*words: object) -> str:
         said = levelhead(*words)
         assert said.code == 2, said
         assert said.out == ""
-        assert said.err.startswith("levelhead: ") and said.err.endswith("\n") and said.err.count("\n") == 1, said.err
-        return said.err.removeprefix("levelhead: ").strip()
+        return sentence(said.err)
 
     return run
 

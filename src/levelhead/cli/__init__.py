@@ -75,8 +75,8 @@ atexit.register(gc.freeze)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:  # noqa: PLR0911
-    """Runs the command line; returns its exit code: 0, 2 for bad input (one line on standard error), 3 for a live
-    source that was lost, 130 for Ctrl-C.
+    """Runs the command line; returns its exit code: 0, 2 for bad input (one sentence and a topic of help on standard
+    error), 3 for a live source that was lost, 130 for Ctrl-C.
     """
     tokens = list(sys.argv[1:] if arguments is None else arguments)
     if isinstance(sys.stdout, io.TextIOWrapper):
@@ -89,13 +89,14 @@ def main(arguments: Sequence[str] | None = None) -> int:  # noqa: PLR0911
         return code if isinstance(code, int) else 0
     except UnusedCliTokensError as error:
         extra = " ".join(error.unused_tokens or ())
-        return _report_error(f"'{extra}' is one argument too many; --help shows the arguments")
+        return _report_error(f"'{extra}' is one argument too many; --help shows the arguments", "option")
     except UnknownOptionError as error:
-        return _report_error(_unknown_option(error, tokens))
+        return _report_error(_unknown_option(error, tokens), "option")
     except (LevelheadError, CycloptsError) as error:
-        return _report_error(_text(error, tokens), getattr(error, "exit_code", 2))
+        family = error.code if isinstance(error, LevelheadError) else "option"
+        return _report_error(_text(error, tokens), family, getattr(error, "exit_code", 2))
     except MemoryError:
-        return _report_error("that needs more memory than there is")
+        return _report_error("that needs more memory than there is", "")
     except KeyboardInterrupt:
         sys.stderr.write("levelhead: stopped\n")
         return 130
@@ -104,8 +105,9 @@ def main(arguments: Sequence[str] | None = None) -> int:  # noqa: PLR0911
     except OSError as error:
         if error.filename == NAME:
             _discard_output()
-        where = f"{error.filename}: " if error.filename else ""
-        return _report_error(f"{where}{error.strerror or error}")
+            return _report_error(f"{NAME}: {error.strerror or error}", "output")
+        where, family = (f"{error.filename}: ", "file") if error.filename else ("", "")
+        return _report_error(f"{where}{error.strerror or error}", family)
     return 0
 
 
@@ -136,9 +138,12 @@ def _unknown_option(error: UnknownOptionError, tokens: Sequence[str]) -> str:
     return f"{tokens[0]} has no option {typed}; expected {WITHOUT_OUT[tokens[0]]}"
 
 
-def _report_error(words: str, code: int = 2) -> int:
+def _report_error(words: str, family: str, exit_code: int = 2) -> int:
+    """The sentence on one line, and the topic of ``levelhead help`` with its cause and cure on the next one."""
     sys.stderr.write(f"levelhead: {' '.join(words.split())}\n")
-    return code
+    if family:
+        sys.stderr.write(f"  more: levelhead help {family}\n")
+    return exit_code
 
 
 def _discard_output() -> None:

@@ -7,7 +7,7 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from levelhead.cli.options import print_line
-from levelhead.errors import LevelheadError, nearest
+from levelhead.errors import FAMILIES, Family, LevelheadError, nearest
 
 PACKAGED = Path(__file__).parents[1] / "docs"  # a wheel holds the pages here, a checkout in its own folder
 FOLDER = PACKAGED if PACKAGED.is_dir() else Path(__file__).parents[3] / "docs"
@@ -21,22 +21,32 @@ PARTS = {
 
 
 def help(topic: Annotated[str, Parameter(metavar="TOPIC")] = "", /) -> None:
-    """Show a page of the documentation, or the list of all pages.
+    """Show a page of the documentation, the cause and cure of an error, or the list of all topics.
 
     Args:
-        topic: name of a page, such as yaw-drift or enu-ned; without it, the names of all.
+        topic: name of a page, such as yaw-drift, or the code of an error, such as clock; without it, the names of all.
     """
     from rich.console import Console
     from rich.markdown import Markdown
 
+    families = {family.code: family for family in FAMILIES}
+    if topic.lower() in families:
+        Console().print(Markdown(entry(families[topic.lower()])))
+        return
     known = pages()
     if not topic:
         print_line("\n".join(_index(known)))
         return
     page = known.get(topic.lower())
     if page is None:
-        raise LevelheadError(f"there is no page '{topic}'; {nearest(topic, known)}; levelhead help lists all")
+        words = nearest(topic, [*known, *families])
+        raise LevelheadError(f"there is no page '{topic}'; {words}; levelhead help lists all")
     Console().print(Markdown(plain(page.read_text(encoding="utf-8"))))
+
+
+def entry(family: Family) -> str:
+    """Cause, cure and page of a family of errors, as Markdown."""
+    return f"{family.cause}\n\n**Cure.** {family.cure}\n\nMore: `levelhead help {family.page}`"
 
 
 def pages() -> dict[str, Path]:
@@ -76,4 +86,7 @@ def _index(known: dict[str, Path]) -> Iterator[str]:
         for name, path in known.items():
             if path.is_relative_to(FOLDER / part):
                 yield f"  {name:<22} {title(path)}"
+    yield "Errors, with cause and cure:"
+    for family in FAMILIES:
+        yield f"  {family.code:<22} {family.cause}"
     yield "levelhead help TOPIC shows one of them; levelhead VERB --help shows the options of a verb"
