@@ -13,7 +13,7 @@ import levelhead as lh
 from levelhead.cli import main
 from levelhead.cli.help import pages
 from levelhead.errors import FAMILIES, family_code, require
-from levelhead.evaluate.score import score
+from levelhead.evaluate.score import evaluate
 
 SOURCE = Path(__file__).resolve().parents[1] / "src" / "levelhead"
 CODES = [family.code for family in FAMILIES]
@@ -89,7 +89,7 @@ CASES = {
     "place": lambda tmp: lh.earth_field(95.0, 0.0),
     "run": lambda tmp: lh.fuse(lh.Recording(**hand()), engine="steam"),
     "track": lambda tmp: lh.fuse(lh.Recording(**hand())).euler("ABC"),
-    "truth": lambda tmp: score(lh.Recording(**hand()), lh.fuse(lh.Recording(**hand()))),
+    "truth": lambda tmp: evaluate(lh.Recording(**hand()), lh.fuse(lh.Recording(**hand()))),
     "simulated": lambda tmp: lh.simulate.recording("MPU-6050", "tango"),
     "package": lambda tmp: require("no_such_package", "a test", "test"),
 }

@@ -51,8 +51,9 @@ def levelhead(capsys: pytest.CaptureFixture[str]) -> Levelhead:
 
 @pytest.fixture
 def refused(levelhead: Levelhead) -> Callable[..., str]:
-    """Runs ``levelhead WORDS``, which must be bad input: exit code 2, one sentence and a topic of help on stderr, nothing
-    else; that sentence."""
+    """Runs ``levelhead WORDS``, which must be bad input: exit code 2, a sentence and a topic of help on stderr; that
+    sentence.
+    """
 
     def run(*words: object) -> str:
         said = levelhead(*words)
