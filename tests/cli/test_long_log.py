@@ -80,7 +80,7 @@ def test_a_failure_on_the_way_leaves_nothing(levelhead, log, tmp_path, monkeypat
     t[1200:] -= 5.0
     pq.write_table(table.set_column(0, table.column_names[0], [t]), log)
     said = levelhead("fuse", log, "-o", tmp_path / "out", "--no-plot")
-    assert said.code == 2 and said.err.count("\n") == 1 and "time does not increase at row 1200" in said.err
+    assert said.code == 2 and said.err.count("\n") == 2 and "time does not increase at row 1200" in said.err
     assert list((tmp_path / "out").iterdir()) == []
 
 

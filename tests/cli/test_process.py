@@ -114,7 +114,7 @@ def test_a_full_disk_behind_standard_output(unbuffered, form):
     with open("/dev/full", "w") as full:
         done = subprocess.run(command, env=env, stdout=full, stderr=subprocess.PIPE, text=True, check=False)
     assert done.returncode == 2 and done.stderr.startswith("levelhead: standard output: ")
-    assert done.stderr.count("\n") == 1
+    assert done.stderr.count("\n") == 2
 
 
 def watch(terminal: int, *words: bytes) -> None:

@@ -26,7 +26,7 @@ def log(tmp_path: Path) -> Path:
 
 def test_without_a_word_it_is_refused_and_nothing_is_written(levelhead, log):
     said = levelhead("fuse", log, "-o", log.parent / "out")
-    assert said.code == 2 and said.err.count("\n") == 1 and "try: levelhead fuse" in said.err
+    assert said.code == 2 and said.err.count("\n") == 2 and "try: levelhead fuse" in said.err
     assert not (log.parent / "out").exists()
 
 

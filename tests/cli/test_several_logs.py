@@ -28,7 +28,7 @@ def test_a_folder_and_a_damaged_file(logs, tmp_path, capsys):
     lines = said.out.splitlines()
     assert [line.split()[1] for line in lines[1:4]] == ["failed", "Mahony", "Mahony"]
     assert said.err.startswith("levelhead: 1 of 3 logs failed:") and "broken.csv" in said.err
-    assert len(said.err.splitlines()) == 1
+    assert len(said.err.splitlines()) == 2
 
 
 def test_json_of_several(logs, tmp_path, capsys):

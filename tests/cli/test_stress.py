@@ -83,4 +83,4 @@ def test_bad_input(levelhead, log, tmp_path, words, sentence):
     out = tmp_path / "out"
     said = levelhead("stress", *(known.get(word, word) for word in words), "-o", out)
     assert said.code == 2 and sentence in said.err
-    assert said.err.count("\n") == 1 and not out.exists()
+    assert said.err.count("\n") == 2 and not out.exists()

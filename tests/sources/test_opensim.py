@@ -84,7 +84,7 @@ def test_a_missing_file_and_a_missing_sensor_are_named_on_the_command_line(tmp_p
     ):
         command = [sys.executable, "-m", "levelhead", "joint", first, "f.sto:tibia_r_imu"]
         ended = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
-        assert ended.returncode == 2 and words in ended.stderr and len(ended.stderr.splitlines()) == 1
+        assert ended.returncode == 2 and words in ended.stderr and len(ended.stderr.splitlines()) == 2
     assert [path.name for path in tmp_path.iterdir()] == ["f.sto"]
 
 
