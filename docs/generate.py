@@ -53,8 +53,8 @@ COLOURS = 96  # in a picture's palette: no difference to the eye, a third of the
 
 def table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
     """A Markdown table; bars inside cells are escaped."""
-    lines = [header, ["---"] * len(header), *rows]
-    return "".join("| " + " | ".join(cell.replace("|", "\\|") for cell in line) + " |\n" for line in lines)
+    first, *others = ("| " + " | ".join(cell.replace("|", "\\|") for cell in line) + " |\n" for line in (header, *rows))
+    return "".join([first, "|---" * len(header) + "|\n", *others])
 
 
 def number(value: float) -> str:
