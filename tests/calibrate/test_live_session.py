@@ -55,6 +55,22 @@ class ObedientHand:
         return samples
 
 
+class TremblingHand(ObedientHand):
+    """One that never puts the sensor down: it trembles by 0.15° RMS between 0.7 and 6 Hz."""
+
+    TREMOR = np.radians(0.15) * np.sqrt(2.0 / 3.0) * np.eye(3)
+    RATES = 2.0 * np.pi * np.array([0.7, 2.3, 6.0])
+
+    def rest(self):
+        samples = []
+        for _ in range(round(0.5 * RATE)):
+            phase = self.RATES * self.t + np.array([[0.0], [1.0], [2.0]])
+            rate = self.TREMOR @ (self.RATES * np.cos(phase)).sum(axis=1)
+            samples.append(self.sample(rate))
+            self.attitude = self.attitude * Rotation.from_rotvec(rate / RATE)
+        return samples
+
+
 def follow(hand, guide, most=60):
     """Does what the guide says until it is done; the sentences on the way."""
     said = []
@@ -108,6 +124,17 @@ def test_what_was_put_in_is_found(guided):
         asked = one.sigma > 0.0
         assert (np.abs(one.value - value)[asked] < 4.0 * one.sigma[asked]).all(), part
         assert one.known[asked].all(), part
+
+
+@pytest.mark.slow
+def test_a_hand_that_holds_the_sensor_is_led_too():
+    with ThreadPoolExecutor(1) as executor:
+        guide = Guide(executor)
+        said = follow(TremblingHand(5), guide)
+    assert any(one.words.startswith("hold still: ") for one in said)
+    assert len(find_poses([guide.recording()])[0]) >= 12
+    found = lh.calibrate_sensor(guide.recording()).calibration
+    np.testing.assert_allclose(found.acc_bias.value, ACC_BIAS, atol=0.02)
 
 
 class Source:

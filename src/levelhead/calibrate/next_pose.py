@@ -19,12 +19,12 @@ from levelhead.calibrate.coverage import (
 from levelhead.calibrate.field_blocks import field_blocks
 from levelhead.calibrate.growing_recording import GrowingRecording
 from levelhead.calibrate.magnetometer import fit_field
-from levelhead.calibrate.poses import MIN_ANGLE, MIN_POSE, find_poses
+from levelhead.calibrate.poses import MIN_ANGLE, MIN_POSE, find_poses, pose_stretches
 from levelhead.calibrate.solve import correct_logs, gyr_bias, rate_solution
 from levelhead.errors import LevelheadError
 from levelhead.recording import Array, Recording
 from levelhead.sample import Sample
-from levelhead.signals.rest import WINDOW, still_stretches, window_size
+from levelhead.signals.rest import WINDOW, window_size
 from levelhead.units import GRAVITY
 
 POSES = 12  # with fewer there is little to hold out
@@ -151,9 +151,9 @@ class Guide:
             return self._last
         recording = self._samples.recording()
         _require_change(recording)
-        stretches, rate = still_stretches(recording, WINDOW), recording.rate
+        stretches, rate = pose_stretches(recording, WINDOW), recording.rate
         size = window_size(rate)
-        resting = bool(stretches) and stretches[-1].end == len(recording) // size * size
+        resting = bool(stretches) and len(recording) - stretches[-1].end < size
         held = WINDOW * round((stretches[-1].end - stretches[-1].start) / size) if resting else 0.0
         enough = sum(one.end - one.start >= MIN_POSE * rate - 1.0 for one in stretches)
         settled = enough - (resting and MIN_POSE <= held < HOLD)

@@ -70,9 +70,7 @@ def find_poses(recordings: Sequence[Recording]) -> tuple[list[Pose], list[Measur
     turns: list[MeasuredTurn] = []
     for log, recording in enumerate(recordings):
         rate = recording.rate  # a median over the whole recording each time that it is asked for
-        still = still_stretches(recording, MIN_POSE)
-        held = [one for one in held_stretches(recording, MIN_POSE) if not any(_overlap(one, other) for other in still)]
-        rows = [_rows(one, rate) for one in sorted([*still, *held])]
+        rows = [_rows(one, rate) for one in pose_stretches(recording, MIN_POSE)]
         found = [_pose(recording, one, log, rate) for one in rows]
         for i in range(len(rows) - 1):
             bias, sigma = _local_biases(found, i)
@@ -81,6 +79,18 @@ def find_poses(recordings: Sequence[Recording]) -> tuple[list[Pose], list[Measur
                 turns.append(MeasuredTurn(len(poses) + i, *turn, sigma))
         poses += found
     return poses, turns
+
+
+def pose_stretches(recording: Recording, least: float) -> list[StillStretch]:
+    """Stretches of at least ``least`` s in which the sensor lay still or a hand held it, in order of time.
+
+    A tremor may divide the stillness of one held pose into several, so a held stretch replaces those.
+    """
+    still = still_stretches(recording, least)
+    held = [
+        one for one in held_stretches(recording, least) if sum(_overlap(one, other) for other in still) != 1
+    ]
+    return sorted([*(one for one in still if not any(_overlap(one, other) for other in held)), *held])
 
 
 def directions(poses: Sequence[Pose]) -> int:
