@@ -87,9 +87,7 @@ def pose_stretches(recording: Recording, least: float) -> list[StillStretch]:
     A tremor may divide the stillness of one held pose into several, so a held stretch replaces those.
     """
     still = still_stretches(recording, least)
-    held = [
-        one for one in held_stretches(recording, least) if sum(_overlap(one, other) for other in still) != 1
-    ]
+    held = [one for one in held_stretches(recording, least) if sum(_overlap(one, other) for other in still) != 1]
     return sorted([*(one for one in still if not any(_overlap(one, other) for other in held)), *held])
 
 

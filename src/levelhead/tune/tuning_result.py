@@ -225,10 +225,12 @@ class Tuning:
         start = "the defaults" if self.space.params == type(self.space.params)() else "the parameters given"
         if not changed:
             return f"keep {start} of {name}: no others have a smaller {self.measure} than {before:.2f}° RMS"
-        return (
-            f"keep {start} of {name}: {self.measure} {before:.2f}° → {after:.2f}° on what was searched, "
-            f"{_percent(self.gain)} less; {self._elsewhere()}"
-        )
+        searched = f"{self.measure} {before:.2f}° → {after:.2f}° on what was searched, {_percent(self.gain)} less"
+        if self.gain < WORTH or self.held_out is None:
+            return f"keep {start} of {name}: {searched}; {self._elsewhere()}"
+        if self.held_out.share < WORTH or self.held_out.low <= 0.0:
+            return f"keep {start} of {name}: the gain does not last; {self._elsewhere()}; {searched}"
+        return f"keep {start} of {name}: a part got worse; {searched}; {self._elsewhere()}"
 
     def _reference_words(self) -> str:
         seconds = sum(one.seconds for one in self.references)
