@@ -12,7 +12,7 @@ INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check --no
 # time on two cores).
 TESTS := OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n auto --dist loadfile --no-loadscope-reorder
 
-PAGE := src/levelhead/publish/page/app.js
+PAGE := src/levelhead/publish/page/index.html
 
 .PHONY: demo native page try dist wheels quick plain test test-full site docs lint format bench mutants clean
 
@@ -26,15 +26,15 @@ native: $(READY)
 # The page of `levelhead view`, from web/ (Node.js and npm).
 page: $(PAGE)
 
-$(PAGE): web/node_modules/.package-lock.json web/build.mjs web/tsconfig.json $(wildcard web/*.html web/src/*)
+$(PAGE): web/node_modules/.package-lock.json web/build.mjs web/tsconfig.json web/page.html $(wildcard web/src/*)
 	cd web && npm run --silent build
 
 web/node_modules/.package-lock.json: web/package-lock.json
 	cd web && npm ci --ignore-scripts --no-audit --no-fund --silent
 	touch $@
 
-# The pages that run in the browser alone, in build/site/try: the lesson and the phone, and the page that reads a log where
-# PYODIDE_DIST holds the packages of a release.
+# The pages that run in the browser alone, in build/site/try: the lesson, the phone and a CSV of plain columns, and the page
+# that reads any log where PYODIDE_DIST holds the packages of a release.
 try: $(READY) page
 	mkdir -p build/site && $(BIN)/python web/try_page.py build/site/try
 
@@ -83,7 +83,7 @@ site: try
 
 # The site, in build/site: every warning is an error, links and anchors are followed, and nothing loads from elsewhere.
 docs: $(VENV)/.docs
-	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m sphinx -b html -W -n --keep-going -q $(if $(wildcard build/site/try/lesson.html),-t try) docs build/site
+	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m sphinx -b html -W -n --keep-going -q $(if $(wildcard build/site/try/lesson.html),-t try) $(if $(wildcard build/site/try/index.html),-t log) docs build/site
 	$(BIN)/python docs/check_site.py build/site
 
 # Ten operators of the source, each changed in a copy; ROOM=sources/join SEED=1 COUNT=40 choose which.

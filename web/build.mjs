@@ -1,41 +1,30 @@
 // Bundles the page into the package, with a list of what it contains and under which licence.
 //   node build.mjs           the page of `levelhead view`
-//   node build.mjs try DIR   the pages that run in the browser alone: the lesson, a log, a phone
+//   node build.mjs try DIR   the pages that run in the browser alone: the lesson, a phone, a log with Python and without
 import { cpSync, mkdirSync, readFileSync, rmSync, writeFileSync } from "node:fs";
 import { build } from "esbuild";
 
 const here = process.argv[2] !== "try", target = here ? "../src/levelhead/publish/page" : process.argv[3];
+const pages = here ? [["index", "main", "levelhead"]] : [ // file, script, title
+  ["index", "python", "A log in the browser"], ["plain", "plain", "A CSV in the browser"],
+  ["lesson", "lesson", "An accelerometer that jitters, a gyroscope that drifts"], ["phone", "phone", "This phone as a sensor"],
+];
 rmSync(target, { recursive: true, force: true });
 mkdirSync(target, { recursive: true });
+const scripts = [...pages.map(([, script]) => script), ...(here ? [] : ["worker", "plain_worker"])];
 const { metafile } = await build({
-  entryPoints: { ...(here ? { app: "src/main.ts" } : { app: "src/try.ts", worker: "src/worker.ts", lesson: "src/lesson.ts", phone: "src/phone.ts" }), style: "src/style.css" },
-  outdir: target, bundle: true, minify: true, format: "esm", target: "es2022", metafile: true, legalComments: "none",
+  entryPoints: [...scripts.map((name) => `src/${name}.ts`), "src/style.css"],
+  outdir: target, bundle: true, splitting: true, minify: true, format: "esm", target: "es2022", metafile: true, legalComments: "none",
   logLevel: "warning",
 });
-for (const [file, source, script, title] of here ? [["index", "index", "app", "levelhead"]] : [["index", "try", "app", "levelhead in the browser"],
-  ["lesson", "lesson", "lesson", "The lesson, live: levelhead"], ["phone", "phone", "phone", "This phone as a sensor: levelhead"]]) {
-  writeFileSync(`${target}/${file}.html`, page(title, script, readFileSync(`${source}.html`, "utf8")));
-}
+for (const [file, script, title] of pages) writeFileSync(`${target}/${file}.html`, page(title, script));
 cpSync("../docs/_static/logo.svg", `${target}/logo.svg`);
 
-/** A whole page of its body. The server of `levelhead view` sends a policy of its own; static files hold theirs. */
-function page(title, script, body) {
+/** A whole page. The server of `levelhead view` sends a policy of its own; static files hold theirs. */
+function page(title, script) {
   const policy = "default-src 'self'; script-src 'self' 'wasm-unsafe-eval'; style-src 'self' 'unsafe-inline'; img-src 'self' data: blob:";
-  return `<!doctype html>
-<html lang="en">
-<head>
-<meta charset="utf-8">
-<meta name="viewport" content="width=device-width, initial-scale=1">
-<meta name="color-scheme" content="light dark">
-<title>${title}</title>
-${here ? "" : `<meta http-equiv="Content-Security-Policy" content="${policy}">\n`}<link rel="icon" href="logo.svg">
-<link rel="stylesheet" href="style.css">
-<script type="module" src="${script}.js"></script>
-</head>
-<body>
-${body}</body>
-</html>
-`;
+  return readFileSync("page.html", "utf8").replaceAll("{title}", title).replace("{script}", script)
+    .replace("{policy}", here ? "" : `<meta http-equiv="Content-Security-Policy" content="${policy}">\n`);
 }
 
 const packages = new Set(Object.keys(metafile.inputs).filter((path) => path.startsWith("node_modules/"))

@@ -5,28 +5,24 @@ import http.client
 import http.server
 import json
 import math
-import os
 import re
-import shutil
+import signal
 import subprocess
 import sys
 import threading
 import time
 from contextlib import closing
 from dataclasses import replace
-from functools import partial
-from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from tests.reference.page import PATIENCE, WEB, check_accessibility, eventually, numbers, seek
 
 import levelhead as lh
 from levelhead.errors import LevelheadError
-from levelhead.evaluate import compare, evaluate
+from levelhead.evaluate import evaluate
 from levelhead.filters.health import FAULTS
-from levelhead.inspection import examine
-from levelhead.inspection.explain import explain
 from levelhead.live import Node, open_source
 from levelhead.publish.dashboard.block import pack_block, unpack_block
 from levelhead.publish.dashboard.description import filter_description
@@ -35,66 +31,8 @@ from levelhead.publish.dashboard.node_view import NodeView
 from levelhead.publish.dashboard.recording_view import RecordingView
 from levelhead.publish.dashboard.server import PageServer, page_file
 
-WEB = Path(__file__).resolve().parents[2] / "web"
 FREE = 18_080  # the first port that is tried
-PATIENCE = 120.0  # s for what happens at once on a machine that is not busy: the browser draws 3-D on its CPU
-needs_page = pytest.mark.skipif(page_file("app.js") is None, reason="the page is not built: make page")
-
-
-@pytest.fixture(scope="module")
-def browser():
-    playwright = pytest.importorskip(
-        "playwright.sync_api", reason="playwright is not installed (extra levelhead[test])"
-    )
-    chromium = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
-    if chromium is None:
-        pytest.skip("there is no Chromium here (apt install chromium): the page was not looked at")
-    with playwright.sync_playwright() as one:
-        running = one.chromium.launch(executable_path=chromium, args=["--no-sandbox", "--disable-gpu"])
-        yield running
-        running.close()
-
-
-@pytest.fixture
-def look(browser):
-    """Opens a page; fails on errors in its console and on requests to anywhere but this machine."""
-    pages, wrong = [], []
-
-    def opened(url: str):
-        page = browser.new_page(viewport={"width": 900, "height": 700})
-        page.set_default_timeout(1000.0 * PATIENCE)
-        page.on(
-            "request", lambda request: None if request.url.startswith((url, "blob:")) else wrong.append(request.url)
-        )
-        page.on("pageerror", lambda error: wrong.append(str(error)))
-        page.on("console", lambda line: wrong.append(line.text) if line.type == "error" else None)
-        pages.append(page)
-        page.goto(url)
-        page.wait_for_selector("body[data-ready]")
-        return page
-
-    yield opened
-    for page in pages:
-        page.close()
-    assert [words for words in wrong if "ERR_CONNECTION" not in words and "ERR_INCOMPLETE" not in words] == []
-
-
-def eventually(what, seconds: float = PATIENCE) -> None:
-    until = time.monotonic() + seconds
-    while not what():
-        assert time.monotonic() < until, "it never happened"
-        time.sleep(0.05)
-
-
-def numbers(page, *names: str) -> list[float]:
-    return [float(page.inner_text(f"#{name}").rstrip("°").replace("−", "-")) for name in names]
-
-
-def seek(page, seconds: float) -> None:
-    page.evaluate(
-        "t => { const bar = document.querySelector('.seek'); bar.value = t; bar.dispatchEvent(new Event('input')); }",
-        seconds,
-    )
+needs_page = pytest.mark.skipif(page_file("index.html") is None, reason="the page is not built: make page")
 
 
 @needs_page
@@ -186,15 +124,6 @@ def check_filters(page, view) -> None:
     eventually(lambda: f"Kalman\t{score.tilt:.2f}°\t{score.heading:.2f}°" in page.inner_text("#filters"))
 
 
-def check_accessibility(page) -> None:
-    """No serious finding of axe-core."""
-    page.evaluate((WEB / "node_modules" / "axe-core" / "axe.min.js").read_text())
-    found = page.evaluate(
-        "axe.run().then(({violations}) => violations.map(one => [one.impact, one.id, one.nodes[0].html]))"
-    )
-    assert [one for one in found if one[0] in ("serious", "critical")] == []
-
-
 @needs_page
 @pytest.mark.slow
 def test_a_node_is_followed_steered_and_recorded_and_its_silence_is_grey(look, tmp_path):
@@ -238,6 +167,41 @@ def test_a_node_is_followed_steered_and_recorded_and_its_silence_is_grey(look, t
 @needs_page
 @pytest.mark.full
 @pytest.mark.slow
+def test_a_node_that_is_killed_turns_the_body_grey_at_once(look):
+    """Of three processes, as at home: the node gets no chance to say goodbye."""
+    pytest.importorskip("zenoh", reason="zenoh is not installed (extra levelhead[live])")
+    endpoint, program = "tcp/127.0.0.1:17453", [sys.executable, "-m", "levelhead"]
+    run = [*program, "run", "--source", "emulated:mpu6050", "--rate", "100", "--calibrate", "0", "--publish", endpoint]
+    show = [*program, "view", "--live", "--endpoint", endpoint, "--port", str(FREE + 240)]
+    with (
+        subprocess.Popen(run, stdout=subprocess.DEVNULL) as node,
+        subprocess.Popen(show, stdout=subprocess.PIPE, text=True) as view,
+    ):
+        try:
+            page = look(view.stdout.readline().split()[0])
+            eventually(lambda: page.get_attribute(".scene", "data-state") == "valid")
+            page.evaluate(GREY)
+            node.send_signal(signal.SIGKILL)
+            killed = time.time()
+            grey = page.evaluate("() => window.grey") / 1000.0
+            sys.stdout.write(f"grey {grey - killed:.2f} s after the kill\n")
+            eventually(lambda: "the node is silent: this is its last orientation" in page.inner_text("#status"))
+            assert page.get_attribute(".scene", "data-state") == "invalid"
+            assert "invalid" in page.get_attribute("body", "class").split()
+        finally:
+            node.kill()
+            view.terminate()
+
+
+# When the body is grey first.
+GREY = """() => { window.grey = new Promise((done) => new MutationObserver(() => {
+  if (document.querySelector(".scene").dataset.state === "invalid") done(Date.now());
+}).observe(document.querySelector(".scene"), { attributes: true })); }"""
+
+
+@needs_page
+@pytest.mark.full
+@pytest.mark.slow
 def test_body_and_charts_are_seen_at_every_width(look):
     view = RecordingView(lh.simulate.recording("MPU-6050", "hand", duration=3.0), lh.Madgwick())
     server = PageServer(view, FREE + 120)
@@ -255,125 +219,6 @@ def test_body_and_charts_are_seen_at_every_width(look):
             eventually(fits)
     finally:
         server.close()
-
-
-@pytest.fixture(scope="module")
-def try_page(tmp_path_factory):
-    """Address of the page that reads a log in the browser itself."""
-    release = os.environ.get("PYODIDE_DIST") or WEB.parent / "build" / "pyodide"
-    if not any(Path(release).glob("numpy-*")) or not (WEB / "node_modules").is_dir():
-        pytest.skip("there is no NumPy for Pyodide: make page build/pyodide, or set PYODIDE_DIST")
-    folder = tmp_path_factory.mktemp("site") / "try"
-    command = [sys.executable, str(WEB / "try_page.py"), str(folder), "ESKF"]
-    subprocess.run(command, env=os.environ | {"PYODIDE_DIST": str(release)}, check=True)
-    handler = partial(QuietHandler, directory=str(folder))
-    with http.server.ThreadingHTTPServer(("127.0.0.1", 0), handler) as server:
-        threading.Thread(target=server.serve_forever, daemon=True).start()
-        yield f"http://127.0.0.1:{server.server_port}/"
-        server.shutdown()
-
-
-class QuietHandler(http.server.SimpleHTTPRequestHandler):
-    """The test's terminal is for the test."""
-
-    def log_message(self, format: str, *args: object) -> None:
-        pass
-
-
-@pytest.mark.full
-@pytest.mark.slow
-def test_a_log_is_read_in_the_browser_itself(browser, try_page, tmp_path):
-    recording = lh.simulate.recording("MPU-6050", "hand", duration=12.0, rate=50)
-    log, bad = tmp_path / "log.csv", tmp_path / "bad.csv"
-    names = ["t [s]", *(f"gyr_{axis} [rad/s]" for axis in "xyz"), *(f"acc_{axis} [m/s²]" for axis in "xyz")]
-    rows = np.column_stack([recording.t, recording.gyr, recording.acc])
-    np.savetxt(log, rows, delimiter=",", header=",".join(names), comments="", encoding="utf-8")
-    bad.write_text("a,b\n1,2\n3,4\n")
-    page = browser.new_page()
-    page.set_default_timeout(1000.0 * PATIENCE)
-    wrong = []
-    page.on(
-        "request", lambda request: None if request.url.startswith((try_page, "blob:")) else wrong.append(request.url)
-    )
-    page.on("pageerror", lambda error: wrong.append(str(error)))
-    try:
-        page.goto(try_page)
-        check_accessibility(page)
-        page.set_input_files("#file", bad)
-        with pytest.raises(LevelheadError) as refused:
-            lh.read(bad)
-        page.wait_for_selector("#message:not([hidden])")
-        assert page.inner_text("#message") == str(refused.value).replace(f"{tmp_path}/", "")
-        page.set_input_files("#file", log)
-        page.wait_for_selector("body[data-ready]")
-        track = lh.fuse(lh.read(log))
-        seek(page, 3.0)
-        eventually(lambda: numbers(page, "roll", "pitch", "yaw") == pytest.approx(track.euler()[150], abs=0.06))
-        with page.expect_download() as download:
-            page.get_by_role("button", name="CSV").click()
-        rows = np.genfromtxt(download.value.path(), delimiter=",", names=True)
-        np.testing.assert_array_equal(rows["qw"], track.quat[:, 0])  # the module for WebAssembly has the bits of Python
-        page.get_by_text("Doctor", exact=True).click()
-        eventually(lambda: str(examine(lh.read(log), log.name)).splitlines()[0] in page.inner_text("#side"))
-        page.get_by_text("Why does it drift?").click()
-        page.click("#why")
-        eventually(lambda: "Mahony" in page.inner_text("#why + div"))
-        assert str(explain(lh.read(log), source="log.csv")) in page.inner_text("#why + div")
-        page.get_by_text("Columns and units").click()
-        assert str(lh.interpret(log)).partition("\n")[2].splitlines()[0] in page.inner_text("#side")
-        check_accessibility(page)
-        assert wrong == []
-    finally:
-        page.close()
-
-
-@pytest.mark.full
-@pytest.mark.slow
-def test_the_lesson_runs_on_modules_alone(browser, try_page):
-    """Its figures are those of `levelhead demo`, and a slider changes them."""
-    from levelhead.cli.demo import LESSON
-
-    rows = compare(lh.simulate.lesson(42), LESSON[:4], guard=None).rows
-    page = browser.new_page()
-    page.set_default_timeout(1000.0 * PATIENCE)
-    try:
-        page.goto(f"{try_page}lesson.html")
-        page.wait_for_selector("body[data-ready]")
-        assert page.locator("#figures td").all_inner_texts() == [f"{row.score.total:.4f}°" for row in rows]
-        check_accessibility(page)
-        page.get_by_label("r_measure, as a number").fill("0.5")
-        page.keyboard.press("Enter")
-        params = lh.Kalman(r_measure=0.5, q_per_sample=True)
-        (row,) = compare(lh.simulate.lesson(42), [params], guard=None).rows
-        eventually(lambda: page.locator("#figures td").last.inner_text() == f"{row.score.total:.4f}°")
-    finally:
-        page.close()
-
-
-LYING_ON_A_SLOPE = """() => {
-  const force = { x: 0, y: 9.81 * Math.sin(Math.PI / 6), z: 9.81 * Math.cos(Math.PI / 6) };
-  setInterval(() => {
-    dispatchEvent(new DeviceOrientationEvent("deviceorientation", { alpha: 0, beta: 30, gamma: 0 }));
-    const rotationRate = { alpha: 0, beta: 0, gamma: 0 };
-    dispatchEvent(new DeviceMotionEvent("devicemotion", { accelerationIncludingGravity: force, rotationRate }));
-  }, 10);
-}"""
-
-
-@pytest.mark.full
-@pytest.mark.slow
-def test_a_phone_is_its_own_sensor(browser, try_page):
-    page = browser.new_page(viewport={"width": 390, "height": 844})
-    page.set_default_timeout(1000.0 * PATIENCE)
-    try:
-        page.goto(f"{try_page}phone.html")
-        page.wait_for_selector("body[data-ready]")
-        check_accessibility(page)
-        page.click("#start")
-        page.evaluate(LYING_ON_A_SLOPE)
-        eventually(lambda: page.locator("#figures td").all_inner_texts() == ["+30.0°", "+0.0°", "+0.0°"] * 3)
-    finally:
-        page.close()
 
 
 @pytest.mark.slow

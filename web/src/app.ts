@@ -228,7 +228,7 @@ export class App {
   async download(suffix: string): Promise<void> {
     const { low, high, interval } = this.time;
     try {
-      if (this.about.kind === "node") {
+      if (this.about.suffixes === undefined) {
         save("levelhead.csv", new Blob([this.csv()]));
         return;
       }
@@ -240,7 +240,7 @@ export class App {
     }
   }
 
-  /** What is shown of a node, as text. */
+  /** What is shown, as text: where no Python writes files. */
   private csv(): string {
     const columns = this.tableColumns(), rows = [["t [s]", ...columns.map(({ name, unit }) => `${name}${unit ? ` [${unit}]` : ""}`)].join(",")];
     for (let row = this.clock.rowFrom(this.time.low); row < this.clock.n && this.clock.values[row] <= this.time.high; row++) {

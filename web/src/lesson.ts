@@ -4,6 +4,7 @@ import { parseBlock, type Numbers } from "./block";
 import { Chart, type Line } from "./chart";
 import { Clock, Curve } from "./curve";
 import { byId, make } from "./dom";
+import { loadFilter } from "./modules";
 import { ParameterPanel } from "./parameters";
 import type { Parameter } from "./source";
 import { Time } from "./time";
@@ -35,6 +36,7 @@ class Lesson {
   private roll = FILTERS.map(() => new Curve());
   private error = FILTERS.map(() => new Curve());
   private charts: Chart[] = [];
+  private figures = make("tbody", { id: "figures" });
   private dirty = true;
   private stale = false; // a slider moved: the filters run once a frame
 
@@ -54,6 +56,7 @@ class Lesson {
       new Chart({ id: "error", title: "Error", unit: "°", digits: 3, least: 1, lines: lines(this.error), ruler: true }, this.time),
     ];
     byId("charts").append(...this.charts.map((chart) => chart.element));
+    byId("side").append(make("section", { class: "card", "aria-label": "Error" }, make("h2", {}, "RMS error over 60 s"), make("table", { class: "filters" }, this.figures)));
     for (const [id, title, parameters] of [["sensors", "The sensors", SENSORS], ["settings", "The filters", SETTINGS]] as const) {
       const panel = new ParameterPanel((name, value) => { this.values[name] = value as number; this.stale = true; });
       panel.show({ name: id, parameters: [...parameters] });
@@ -93,7 +96,7 @@ class Lesson {
       this.error[k].append(roll.map((value, i) => value - angle[i]));
       figures.push([["gyroscope alone", "complementary filter", "Kalman filter"][k], rms(roll, angle)]);
     });
-    byId("figures").replaceChildren(...figures.map(([name, value]) => make("tr", {}, make("th", { scope: "row" }, name), make("td", {}, `${value.toFixed(4)}°`))));
+    this.figures.replaceChildren(...figures.map(([name, value]) => make("tr", {}, make("th", { scope: "row" }, name), make("td", {}, `${value.toFixed(4)}°`))));
     this.dirty = true;
   }
 
@@ -112,10 +115,7 @@ function rms(values: Float32Array, truth: Float64Array): number {
 
 async function start(): Promise<void> {
   const { columns } = parseBlock(await (await fetch("lesson.bin")).arrayBuffer());
-  const filters = await Promise.all(FILTERS.map(async (name) => {
-    const { Filter } = await import(new URL(`lesson/lh-${name.toLowerCase()}/index.js`, location.href).href);
-    return Filter.load();
-  }));
+  const filters = await Promise.all(FILTERS.map((name) => loadFilter(`lesson/lh-${name.toLowerCase()}`)));
   new Lesson(Object.fromEntries([...columns].map(([name, { values }]) => [name, values as Float64Array])), filters);
   document.body.dataset.ready = "true";
 }

@@ -4,6 +4,7 @@ import { Body } from "./body";
 import { Chart } from "./chart";
 import { Clock } from "./curve";
 import { byId, make, signed } from "./dom";
+import { loadFilter } from "./modules";
 import { Time } from "./time";
 
 const RADIAN = Math.PI / 180, SHOWN = 15, MOST = 60_000; // s of the charts; samples that are kept
@@ -16,6 +17,9 @@ class Phone {
   private attitudes = FILTERS.map(([name]) => new Attitude(name));
   private body = new Body();
   private charts: Chart[];
+  private button = make("button", { id: "start", class: "primary", type: "button", click: () => void this.start() }, "Start");
+  private state = make("p", { id: "state", role: "status" }, "Three filters run in this browser. No reading leaves the phone.");
+  private figures = make("tbody", { id: "figures" });
   private up: number[] | null = null;
   private sign = 0;
   private began = 0;
@@ -23,13 +27,13 @@ class Phone {
 
   constructor(private filters: any[]) {
     this.time.window = SHOWN;
-    byId("view").prepend(this.body.element);
+    byId("side").append(make("section", { class: "card view", "aria-label": "Orientation" }, this.body.element, make("div", { class: "phone" }, this.button, this.state,
+      make("table", { class: "filters" }, make("thead", {}, make("tr", {}, ...["filter", "roll", "pitch", "yaw"].map((name) => make("th", { scope: "col" }, name)))), this.figures))));
     this.charts = ["roll", "pitch", "yaw"].map((name, k) => new Chart({
       id: name, title: name[0].toUpperCase() + name.slice(1), unit: "°", digits: 1, least: 4, ruler: k === 2,
       lines: this.attitudes.map(({ name: label, wrapped }, i) => ({ label, colour: FILTERS[i][2], curve: wrapped.angle[k], wraps: true })),
     }, this.time));
     byId("charts").append(...this.charts.map((chart) => chart.element));
-    byId("start").addEventListener("click", () => void this.start());
     this.body.setRelative(true);
     this.body.recolour();
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {
@@ -50,13 +54,13 @@ class Phone {
     this.began = performance.now();
     addEventListener("deviceorientation", (event) => this.takeOrientation(event));
     addEventListener("devicemotion", (event) => this.takeMotion(event));
-    byId<HTMLButtonElement>("start").disabled = true;
+    this.button.disabled = true;
     this.say("Turn the phone.");
     setTimeout(() => { if (this.clock.n === 0) this.say("No readings come: this device has no gyroscope, or the browser keeps it back. Phones give it to pages over HTTPS only."); }, 3000);
   }
 
   private say(words: string): void {
-    byId("state").textContent = words;
+    this.state.textContent = words;
   }
 
   /** Up along the phone's axes (W3C, Z-X'-Y''): iPhones give accelerations with the opposite sign. */
@@ -99,7 +103,7 @@ class Phone {
       const row = this.clock.n - 1, [first, ...others] = this.attitudes;
       const doubt = { tilt: first.sigmaTilt.values[row] * RADIAN, heading: first.sigmaHeading.values[row] * RADIAN };
       this.body.turn(first.quatAt(row) as Quat, doubt, others.map((one, k) => ({ quat: one.quatAt(row), colour: FILTERS[k + 1][2] })), true);
-      byId("figures").replaceChildren(...this.attitudes.map((one) => make("tr", {}, make("th", { scope: "row" }, one.name),
+      this.figures.replaceChildren(...this.attitudes.map((one) => make("tr", {}, make("th", { scope: "row" }, one.name),
         ...one.wrapped.angle.map((curve) => make("td", {}, `${signed(curve.values[row])}°`)))));
       for (const chart of this.charts) chart.draw();
     }
@@ -108,7 +112,7 @@ class Phone {
   }
 }
 
-Promise.all(FILTERS.map(async ([, folder]) => (await import(new URL(`${folder}/index.js`, location.href).href)).Filter.load())).then((filters) => {
+Promise.all(FILTERS.map(([, folder]) => loadFilter(folder))).then((filters) => {
   new Phone(filters);
   document.body.dataset.ready = "true";
 }, (error: Error) => {

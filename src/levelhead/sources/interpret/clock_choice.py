@@ -18,7 +18,7 @@ from levelhead.sources.interpretation import ClockRule, scale_stamps
 from levelhead.sources.table import Column, Table
 
 _EPOCH = (0.9e9, 4.2e9)  # seconds since 1970 that lie between 1998 and 2103
-_LONGEST_UPTIME = 1e8  # seconds; stamps beyond it count from some date, not from the start of the sensor
+LONGEST_UPTIME = 1e8  # seconds; stamps beyond it count from some date, not from the start of the sensor
 _SLOWEST_MEDIAN = {"s": 0.25, "ms": 250.0, "us": 250e3, "ns": 250e6}  # 4 Hz
 _MAX_RATE_ERROR = 0.25  # by which the rate of a guessed unit may differ from the rate that the file gives
 _POOR = re.compile(
@@ -229,7 +229,7 @@ def seconds(
         raise LevelheadError(
             f"{table.source}, column '{name}': {kept[-1]:.6g} is not a unit of time; expected s, ms, us or ns"
         )
-    if abs(float(first)) * scale.factor / scale.divisor > _LONGEST_UPTIME:
+    if abs(float(first)) * scale.factor / scale.divisor > LONGEST_UPTIME:
         t0, start = float(scale_stamps(kept[:1].astype(np.float64), scale)[0]), first.item()
         kept = kept - first
         found.append(Conclusion("t.start", "date", t0, Basis.NUMBERS))
