@@ -7,10 +7,12 @@ pictures are made anew as well, and kept with fewer colours.
 """
 
 import argparse
+import contextlib
 import inspect
 import math
 import os
 import re
+import shutil
 import sys
 import tempfile
 from collections.abc import Callable, Iterable, Sequence
@@ -334,6 +336,7 @@ def pictures() -> None:
         calibration_picture(calibration_history(known, filters.ESKF()), Path(folder) / "calibration.png")
         raw = recording("ICM-20948", "hand", duration=60.0, seed=1)
         sphere_picture(calibrate_magnetometer(raw), Path(folder) / "magnetometer.png")
+        tutorial_pictures(Path(folder))
         north_picture(Path(folder) / "north.png")
         frames_picture(Path(folder) / "earth-frames.png")
         mounting_picture(AxisMap.parse("ZYX:90,0,30"), Path(folder) / "mounting.png")
@@ -341,6 +344,30 @@ def pictures() -> None:
             with Image.open(path) as picture:
                 few = picture.convert("RGB").quantize(COLOURS, dither=Image.Dither.NONE)
                 few.save(DOCS / "pictures" / path.name, optimize=True)
+
+
+TUTORIALS = (  # the commands of the engineer, the maker and the roboticist, and their pictures
+    ("simulate still --sensor ICM-20948 --seed 5 --duration 120 -o still.csv", "", ""),
+    ("simulate poses --sensor ICM-20948 --seed 5 -o poses.csv", "", ""),
+    ("simulate hand --sensor ICM-20948 --seed 5 --duration 40 -o motion.csv", "", ""),
+    ("noise still.csv", "still-noise.png", "engineer-noise.png"),
+    ("calibrate poses.csv", "", ""),
+    ("tune motion.csv -f Mahony --calibration poses-calibration.json", "tuned.png", "engineer-tuned.png"),
+    ("simulate hand --sensor MPU-6050 --seed 1 --duration 30 -o log.csv", "", ""),
+    ("fuse log.csv -f Mahony", "log-track.png", "maker-track.png"),
+    ("run --source emulated:mpu6050 --duration 10 --box flight.mcap", "", ""),
+    ("fuse flight.mcap", "flight-track.png", "roboticist-track.png"),
+)
+
+
+def tutorial_pictures(folder: Path) -> None:
+    """What the commands of the tutorials draw."""
+    with tempfile.TemporaryDirectory() as work, contextlib.chdir(work):
+        for words, drawn, name in TUTORIALS:
+            if cli.main(words.split()) != 0:
+                raise SystemExit(f"levelhead {words} failed")
+            if name:
+                shutil.copy(drawn, folder / name)
 
 
 def north_picture(path: Path) -> None:

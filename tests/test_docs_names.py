@@ -12,6 +12,7 @@ import pytest
 import levelhead
 from levelhead import filters
 from levelhead.filters.parameters import derived_table
+from levelhead.guard import Guard
 
 ROOT = Path(__file__).resolve().parents[1]
 SOURCE = ROOT / "src" / "levelhead"
@@ -144,6 +145,16 @@ def broken_tables(text: str) -> list[str]:
 def test_names_on_a_page_exist(page: Path) -> None:
     code = "".join(FENCE.findall(page.read_text(encoding="utf-8")))
     assert unknown_names(prose(page), code) == []
+
+
+def test_every_parameter_of_vqf_has_its_counterpart() -> None:
+    text = (ROOT / "docs" / "coming-from" / "vqf.md").read_text(encoding="utf-8")
+    for name in pytest.importorskip("vqf").VQF(0.01).params:
+        assert f"`{name}`" in text, name
+    known = {flt.params.__name__: {*flt.params._fields, *derived_table(flt.params)} for flt in filters.ALL}
+    known["Guard"] = set(Guard._fields)
+    for owner, name in re.findall(r"\b(\w+)\((\w+)=", text):
+        assert name in known.get(owner, {name}), f"{owner}({name}=)"
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
