@@ -80,6 +80,7 @@ if TYPE_CHECKING:
     from levelhead.recording import ZeroVelocity as ZeroVelocity
     from levelhead.sources import read as read
     from levelhead.sources.chunked import read_chunks as read_chunks
+    from levelhead.sources.formats.c3d import read_c3d as read_c3d
     from levelhead.sources.formats.opensim import read_mot as read_mot
     from levelhead.sources.formats.opensim import read_sto as read_sto
     from levelhead.sources.pipeline import interpret as interpret
@@ -123,6 +124,7 @@ _HOMES = {
     "levelhead.recording": ("Gnss", "Pressure", "Recording", "Truth", "ZeroVelocity"),
     "levelhead.sources": ("read",),
     "levelhead.sources.chunked": ("read_chunks",),
+    "levelhead.sources.formats.c3d": ("read_c3d",),
     "levelhead.sources.formats.opensim": ("read_mot", "read_sto"),
     "levelhead.sources.pipeline": ("interpret",),
     "levelhead.track": ("Track",),

@@ -13,6 +13,7 @@ from levelhead.filters.eskf import coarse_heading
 from levelhead.filters.eskf import state as at
 from levelhead.filters.health import AID_REJECTED
 from levelhead.sources.formats import npz
+from levelhead.units import GRAVITY
 
 pytestmark = pytest.mark.slow
 
@@ -164,6 +165,25 @@ def test_plain_compiled_and_streamed_are_the_same_bits():
         np.testing.assert_array_equal(getattr(plain, key), getattr(fast, key), err_msg=key)
     again = lh.Stream.restore(live.save(), engine="python")
     assert again.nav_state == live.nav_state
+
+
+@pytest.mark.parametrize("age", [0.0, 0.05, 0.1])
+@pytest.mark.parametrize(
+    "see",
+    [
+        lambda live, age: live.update_zero_velocity(0.01, age=age),
+        lambda live, age: live.update_velocity((0.0, 0.0, 0.0), 0.01, age=age),
+    ],
+    ids=["zero velocity", "velocity"],
+)
+def test_a_velocity_is_of_the_time_that_its_age_names(see, age):
+    """Since it was zero a body that brakes with 2 m/s² has changed its velocity by 2 m/s² times the age."""
+    live = lh.Stream(lh.ESKF(), guard=None)
+    for i in range(150):
+        live.update((0.0, 0.0, 0.0), (-2.0 * (i > 130), 0.0, GRAVITY), dt=0.01)
+    see(live, age)
+    velocity = live.nav_state.velocity
+    np.testing.assert_allclose(velocity, [-2.0 * age, 0.0, 0.0], atol=0.02)
 
 
 def test_without_any_of_it_a_track_has_no_position():

@@ -20,7 +20,7 @@ def joint(
     *,
     axes: Literal[1, 2, 3] = 1,
     zero: Annotated[float | None, Parameter(metavar="S")] = None,
-    format: Literal["csv", "mot"] = "csv",
+    format: Literal["csv", "mot", "c3d"] = "csv",
     out: Annotated[Path, Parameter(name=["--out", "-o"], metavar="DIR")] = Path(),
     plot: bool = True,
     json: Annotated[bool, Parameter(negative="")] = False,
@@ -31,12 +31,13 @@ def joint(
     One and two axes use no magnetometer. The exit code is 1 if the motion does not show the joint.
 
     Args:
-        upper: Log of the sensor on the segment that counts as fixed; of OpenSim's orientations, FILE.sto:SENSOR.
+        upper: Log of the sensor on the segment that counts as fixed; of OpenSim's orientations, FILE.sto:SENSOR; of
+            motion capture, FILE.c3d:MARKER,MARKER,MARKER of a rigid body.
         lower: Log of the sensor on the other segment, on the same clock (`levelhead sync`).
         axes: Axes of the joint: 1 for a hinge; 2 for an elbow; 3 for flexion, adduction and rotation from a neutral
             pose at --zero.
         zero: Time stamp at which the angles are zero; by default the first common one.
-        format: Format of the angles: csv with angle and σ, or mot, which OpenSim reads.
+        format: Format of the angles: csv with angle and σ; mot, which OpenSim reads; or c3d.
         out: Folder for UPPER-joint.csv and UPPER-joint.png.
         plot: Draw the picture (needs the extra levelhead[plot]).
         json: Print the figures as JSON.
@@ -44,15 +45,16 @@ def joint(
     from levelhead.joints import joint as find
     from levelhead.publish.joint_files import write_joint
     from levelhead.publish.progress import progress
-    from levelhead.sources.formats.opensim import sensor_of
+    from levelhead.sources.named_track import named_track, split_name
 
     if upper == lower:
         raise LevelheadError(f"{upper} is given for both segments; give the log of each")
     require_writable(out)
     with progress("smoothing both logs"):
-        sensors = [sensor_of(log) if ".sto" in log.name else reading.read(log) for log in (upper, lower)]
+        sensors = [named_track(log) or reading.read(log) for log in (upper, lower)]
         found = find(*sensors, axes=axes, zero=zero)
-    name = upper.name.partition(".sto:")[2] or upper.stem
+    file, segment = split_name(upper)
+    name = segment.replace(",", "-") or file.stem
     written = [folder(out) / f"{name}-joint.{format}"]
     write_joint(found, written[0])
     if plot and can_draw():

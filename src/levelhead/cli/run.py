@@ -51,6 +51,7 @@ def run(
     units: Annotated[tuple[str, ...], Parameter(negative="", metavar="gyr=deg/s")] = (),
     counts: Annotated[tuple[str, ...], Parameter(negative="", metavar="gyr=131/deg/s")] = (),
     give_up: Annotated[float, Parameter(metavar="S")] = 10.0,
+    foot: Annotated[bool, Parameter(negative="")] = False,
     realtime: bool = True,
     json: Annotated[bool, Parameter(negative="")] = False,
     outputs: Outputs = Outputs(),  # noqa: B008
@@ -83,6 +84,7 @@ def run(
         units: Units of lines or files without them, as for `levelhead fuse`.
         counts: Raw counts per unit, as for `levelhead fuse`.
         give_up: Seconds without a sample after which the node ends, with exit code 3.
+        foot: The sensor is on a foot: its stances bound position. Each is printed and published, with position and σ.
         realtime: Request real-time priority, if permitted.
         json: Print the figures of the run as JSON at its end, instead of a line each second.
     """
@@ -115,7 +117,7 @@ def run(
         kept = None if box is None else held.enter_context(BlackBox(box))
         node = Node(
             live, params, guard=before, rate=rate, calibrate=still, bus=bus, box=kept, realtime=realtime,
-            give_up=give_up, known=known,
+            give_up=give_up, known=known, foot=foot,
         )  # fmt: skip
         served = outputs.open(node.bus.subscribe, node.set, json)
         if heading is not None:

@@ -14,14 +14,12 @@ from levelhead.engine.smoothing import smooth
 from levelhead.errors import LevelheadError
 from levelhead.filters.parameters import FilterChoice
 from levelhead.gaits.live import GaitStream
-from levelhead.gaits.stance import LASTING, Stance, find_stances
+from levelhead.gaits.stance import LASTING, LEAST_RATE, LONGEST_SWING, Stance, find_stances
 from levelhead.gaits.strides import Strides, cut_strides, level_floor
 from levelhead.recording import Recording, ZeroVelocity
 from levelhead.track import Track
 
-LEAST_RATE = 50.0  # Hz: fewer samples do not show a stance
 LEAST_CONTRAST = 5.0  # of the noises in motion to those of standing: of feet 8 and more, of a hand that walks 2
-LONGEST_SWING = 4.0  # s without a stance, after which position is off by metres
 
 __all__ = ["Gait", "GaitStream", "Strides", "gait"]
 

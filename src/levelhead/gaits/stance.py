@@ -23,6 +23,8 @@ from levelhead.atmosphere import Numbers
 from levelhead.recording import Array, Recording
 from levelhead.units import DEGREE, GRAVITY
 
+LEAST_RATE = 50.0  # Hz: fewer samples do not show a stance
+LONGEST_SWING = 4.0  # s without a stance, after which position is off by metres
 WINDOW = 0.1  # s
 STANDING = (0.15, 6.0 * DEGREE)  # m/s² and rad/s, of a walker's foot at first
 LEAST = (0.01, 0.1 * DEGREE)  # of a stance without noise

@@ -13,6 +13,8 @@ EVENTS = {
     "parameters": "parameters were changed; data: all of them, and the first sample that they hold for",
     "heading": "the yaw was set; data: heading in degrees, and the first sample that it holds for",
     "not_set": "a request for parameters that do not exist or are out of range; nothing was changed",
+    "stance": "the foot stands; data: t in s, position and its sigma in m along east, north and up",
+    "unbounded": "the foot has not stood for seconds: position drifts",
     "acceleration": "the length of the specific force is more than 2 m/s² from g",
     "mag_disturbed": "the magnetic field is not the earth's: the magnetometer is not used",
     "turn_missed": "the velocity from a wrong tilt shows a turn that was not measured",
@@ -56,6 +58,7 @@ EXPECTED = frozenset(  # no warnings
         "heading",
         "phone",
         "recording",
+        "stance",
         "ended",
         "stopped",
     }
@@ -113,3 +116,8 @@ class Journal:
         self._last_report[name] = now
         more = self._unreported.pop(name, 0)
         self._report(Event(name, True, f"{text} (and {more} more before)" if more else text, data))
+
+    def tell(self, name: str, text: str, **data: Any) -> None:
+        """A single event, reported each time."""
+        self.counts[name] = self.counts.get(name, 0) + 1
+        self._report(Event(name, True, text, data))

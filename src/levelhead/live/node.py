@@ -12,6 +12,8 @@ from levelhead.calibration import Calibration
 from levelhead.engine.batch import DEFAULT_GUARD
 from levelhead.engine.stream import Stream
 from levelhead.errors import LevelheadError
+from levelhead.gaits.live import StanceDetector
+from levelhead.gaits.stance import LEAST_RATE
 from levelhead.guard import Guard
 from levelhead.live.box import BlackBox
 from levelhead.live.bus import LocalBus, MessageBus
@@ -53,6 +55,7 @@ class Node:
         give_up: s without a sample after which ``run`` ends with ``SourceLost``.
         known: errors of the sensor: the prior of a filter that learns them, else its calibration (``Stream``). Biases
             with curves follow the source's temperature.
+        foot: the sensor is on a foot, whose stances bound position; the journal tells each with the position there.
         clock: host time in s.
         sleep: waits for a number of seconds.
 
@@ -64,14 +67,15 @@ class Node:
         path: the filter, its last orientation, and how many samples it took.
 
     Raises:
-        LevelheadError: a rate or a filter that does not exist, or another node on the bus's topics.
+        LevelheadError: a rate or a filter that does not exist, another node on the bus's topics, or a foot below 50 Hz
+            or with a filter that takes no zero velocity.
     """
 
     def __init__(
         self, source: Source, params: Any = None, *, guard: Guard | None = DEFAULT_GUARD, rate: float = 200.0,
         calibrate: int = SAMPLES, bus: MessageBus | None = None, box: BlackBox | None = None, realtime: bool = False,
         budget: float = BUDGET, give_up: float = GIVE_UP, known: Calibration | None = None,
-        clock: Callable[[], float] = time.monotonic, sleep: Callable[[float], None] = time.sleep,
+        foot: bool = False, clock: Callable[[], float] = time.monotonic, sleep: Callable[[float], None] = time.sleep,
     ) -> None:  # fmt: skip
         if not 1.0 <= rate <= 10_000.0:
             raise LevelheadError(f"the rate is {rate:g} Hz; expected 1 to 10000")
@@ -84,6 +88,12 @@ class Node:
             )
         chosen = filters.live() if params is None else params
         learns = filters.of(chosen).calibration is not None
+        if foot and filters.of(chosen).aiding is None:
+            raise LevelheadError(
+                f"{filters.of(chosen).name} takes no zero velocity: nothing bounds position; ESKF does"
+            )
+        if foot and rate < LEAST_RATE:
+            raise LevelheadError(f"the rate is {rate:g} Hz; a stance shows from {LEAST_RATE:g} on")
         self._stream = Stream(
             chosen, guard=self.guard, prior=known if learns else None, calibration=None if learns else known
         )
@@ -99,7 +109,15 @@ class Node:
         self.safe_state = SafeState(source, self.journal, self._publish_invalid, give_up)
         calibration = StaticCalibration(calibrate) if calibrate > 0 else None
         self.path = SamplePath(
-            self.id, self._stream, calibration, self.bus, self.recorder, self.journal, self.safe_state, self._apply
+            self.id,
+            self._stream,
+            calibration,
+            self.bus,
+            self.recorder,
+            self.journal,
+            self.safe_state,
+            self._apply,
+            StanceDetector() if foot else None,
         )
         self.ticks = self.over_budget = 0
         self.reading, self.work, self.whole = LatencyHistogram(), LatencyHistogram(), LatencyHistogram()

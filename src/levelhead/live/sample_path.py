@@ -7,6 +7,8 @@ from collections.abc import Callable
 from levelhead import filters
 from levelhead.engine.stream import Stream
 from levelhead.errors import LevelheadError
+from levelhead.gaits.live import StanceDetector
+from levelhead.gaits.stance import LONGEST_SWING
 from levelhead.live.bus import MessageBus
 from levelhead.live.events import Journal
 from levelhead.live.health_monitor import HealthMonitor
@@ -32,6 +34,7 @@ class SamplePath:
         journal: takes the events.
         safe_state: left when an orientation is published, entered when the filter fails.
         set_params: changes the filter's parameters.
+        detector: of stances, where the sensor is on a foot.
 
     Attributes:
         samples: how many were taken.
@@ -44,10 +47,12 @@ class SamplePath:
     def __init__(
         self, node: int, stream: Stream, calibration: StaticCalibration | None, bus: MessageBus, recorder: Recorder,
         journal: Journal, safe_state: SafeState, set_params: Callable[[JsonObject], None],
+        detector: StanceDetector | None = None,
     ) -> None:  # fmt: skip
         self._node, self._stream, self._bus, self._recorder, self._journal = node, stream, bus, recorder, journal
         self.calibration, self._safe_state, self._set_params = calibration, safe_state, set_params
         self.monitor = HealthMonitor(journal)
+        self._detector = detector
         self.samples = 0
         self.time = -math.inf
         self.bias: Triple = (0.0, 0.0, 0.0)
@@ -122,6 +127,8 @@ class SamplePath:
             self._journal.note("refused", str(error))
             return None
         self._fused_time = sample.t
+        if self._detector is not None:
+            self._find_stance(self._detector, sample, (x - a, y - b, z - c), dt)
         if (
             not abs(w) + abs(i) + abs(j) + abs(k) <= MAX_NORM_SUM
         ):  # no filter gives that; if one does, it is not published
@@ -132,3 +139,17 @@ class SamplePath:
         _, _, _, _, x, y, z, east, north, up, health = self._stream.numbers
         bias, sigma = (x + a, y + b, z + c), (east, north, up)
         return Orientation(self._node, seq, sample.t, stamp, (w, i, j, k), sigma, bias, int(health))
+
+    def _find_stance(self, detector: StanceDetector, sample: Sample, gyr: Triple, dt: float) -> None:
+        """Tells the filter of a foot that stands, and the journal of each stance with the position there."""
+        sigma = detector.update(gyr, sample.acc, dt)
+        if sigma is not None:
+            self._stream.update_zero_velocity(sigma)
+        if detector.swung >= LONGEST_SWING:
+            self._journal.begin("unbounded", f"no stance for {LONGEST_SWING:g} s: nothing bounds position")
+        if detector.begins and (now := self._stream.nav_state) is not None:
+            self._journal.end("unbounded")
+            x, y, z = now.position
+            off = math.hypot(*now.sigma_position)
+            data = {"t": sample.t, "position": list(now.position), "sigma": list(now.sigma_position)}
+            self._journal.tell("stance", f"at {x:.2f}, {y:.2f}, {z:.2f} m ± {off:.2f} m", **data)

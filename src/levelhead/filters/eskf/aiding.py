@@ -3,13 +3,13 @@
 Readings come at any time, one number of one row at a time. The innovation of each is computed at once, and averaged by
 weight until the block ends: at most seven scalar measurements a block, whatever the rate of the sensor.
 
-    y = z − p + a v,    y = z − v,    y = z − (p_z + β) + a v_z
+    y = z − p + a v,    y = z − v + a v̇,    y = z − (p_z + β) + a v_z
 
-with a the age of the reading and β the barometer's offset; z = 0 of a body on the ground (I. Skog, P. Händel, J.-O.
-Nilsson, J. Rantakokko, IEEE Trans. Biomed. Eng. 57(11), 2010), independent of heading and never rejected: far from it,
-velocity was wrong, by an impact. Position is 0 at the first reading of any row, until a
-reading of position sets it. Along an axis with recent readings eq. 20 is left out. When the readings end it
-returns with a larger density: a body that moved at V for some τ = 10 s is a process of density 2 V² τ (A. Gelb,
+with a the age of the reading, v̇ the mean acceleration of the block and β the barometer's offset; z = 0 of a body on
+the ground (I. Skog, P. Händel, J.-O. Nilsson, J. Rantakokko, IEEE Trans. Biomed. Eng. 57(11), 2010), independent of
+heading and never rejected: far from it, velocity was wrong, by an impact. Position is 0 at the first reading of any
+row, until a reading of position sets it. Along an axis with recent readings eq. 20 is left out. When the readings end
+it returns with a larger density: a body that moved at V for some τ = 10 s is a process of density 2 V² τ (A. Gelb,
 Applied Optimal Estimation, 1974, section 3.6: exponentially correlated), added to ``velocity_density``².
 """
 
@@ -31,12 +31,13 @@ from levelhead.filters.eskf.params import ESKF
 from levelhead.kernels.arrays import Floats
 from levelhead.kernels.elapsed import has_elapsed
 from levelhead.kernels.vec3 import Vec3
+from levelhead.units import GRAVITY
 
 NEVER = 1e9  # s
 LARGEST = 1e8  # m, m/s: no sensor measures more; NaN and infinity fail the comparison as well
 GATE = 25.0  # σ²: an innovation beyond this is rejected
 GATE_TIME = 3.0  # s, for at most so long
-SHORTEST = 1e-9  # s of rejection, at the first rejected reading
+SHORTEST = 1e-9  # s of rejection, at the first rejected reading; of a block
 RECENT = 1.5  # s for which an axis is aided after a reading; receivers give one a second
 EXTENT_TIME = 10.0  # s, τ
 SPEED_MEMORY = 60.0  # s over which V decays
@@ -142,10 +143,12 @@ def predict_reading(m: Floats, row: int) -> float:
 
 
 @kernel
-def displacement(m: Floats, row: int, age: float) -> float:
-    """Metres that the body has moved along a row's axis since a reading of that age (s)."""
+def change_since(m: Floats, row: int, age: float) -> float:
+    """By how much (m, m/s) a row's state has changed since a reading of that age (s)."""
     if VELOCITY <= row < HEIGHT:
-        return 0.0
+        i = velocity_of(row) - at.VELOCITY
+        change = m[at.INT_FORCE + i] - (GRAVITY * m[at.ACC_TIME] if i == 2 else 0.0)
+        return change / max(m[at.BLOCK_TIME], SHORTEST) * age
     return m[at.MEAN + at.VELOCITY + (2 if row == HEIGHT else row)] * age
 
 
@@ -179,7 +182,7 @@ def add_reading(params: ESKF, m: Floats, row: int, value: float, sigma: float, a
     if m[at.AIDED] == 0.0:
         start_aiding(params, m)
     coarse_heading.note_fix(m, row, value, sigma)
-    value += displacement(m, row, age)
+    value += change_since(m, row, age)
     if not is_initialised(m, row):
         initialise_row(m, row, value, sigma)
         m[at.AID_AGE + row] = 0.0

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from levelhead.sources.formats import (
+    c3d,
     dataflash,
     dialects,
     gpmf,
@@ -111,6 +112,10 @@ FORMATS = (
     ),
     Format(
         "MVNX", (".mvnx",), mvnx.tables, "", "Xsens MVN", "readings of sensors; each by --sensor", "segments, joints",
+    ),
+    Format(
+        "C3D", (".c3d",), c3d.tables, "c3d", "motion capture", "analog channels; markers by `levelhead joint`",
+        "rotations, events, force plates",
     ),
     Format(
         "workbook", (".xlsx", ".xls", ".ods"), workbook.tables, "formats", "phyphox, spreadsheets",

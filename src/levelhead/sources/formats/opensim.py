@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from levelhead.errors import LevelheadError, nearest
+from levelhead.errors import LevelheadError
 from levelhead.recording import Array
 from levelhead.track import Track
 
@@ -50,21 +50,6 @@ def read_mot(path: str | os.PathLike[str]) -> tuple[Array, dict[str, Array]]:
     columns = [_numbers(path, name, [row[i] for row in rows]) for i, name in enumerate(names)]
     scale = 1.0 if head.get("indegrees", "no").lower() == "yes" else 180.0 / np.pi
     return columns[0], {name: scale * values for name, values in zip(names[1:], columns[1:], strict=True)}
-
-
-def sensor_of(file: Path) -> Track:
-    """The track that ``FILE.sto:SENSOR`` names.
-
-    Raises:
-        LevelheadError: as ``read_sto``; no sensor is named, or one that the file lacks.
-    """
-    path, _, name = str(file).partition(".sto:")
-    tracks = read_sto(f"{path.removesuffix('.sto')}.sto")
-    if not name:
-        raise LevelheadError(f"{file} has {len(tracks)} sensors; name one: {file}:{next(iter(tracks), 'SENSOR')}")
-    if name not in tracks:
-        raise LevelheadError(f"{path}.sto has no sensor {name}; {nearest(name, list(tracks))}")
-    return tracks[name]
 
 
 def _storage(path: str | os.PathLike[str]) -> tuple[dict[str, str], list[str], list[list[str]]]:
