@@ -151,6 +151,6 @@ def test_a_file_without_readings_is_one_sentence(tmp_path, kind):
     call = [sys.executable, "-m", "levelhead", "fuse", str(path), "-o", str(tmp_path)]
     done = subprocess.run(call, capture_output=True, text=True, check=False)
     assert done.returncode == 2
-    assert len(done.stderr.strip().splitlines()) == 1 and "Traceback" not in done.stderr
+    assert len(done.stderr.strip().splitlines()) == 2 and "Traceback" not in done.stderr  # and the page of its family
     if kind == "markers":
         assert "4 markers and no analog channels" in done.stderr
