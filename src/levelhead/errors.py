@@ -33,6 +33,7 @@ FAMILIES = (
         "Check the path. Export the log again, or convert it to a format of the list.",
         "reading",
         (
+            "cli.fuse",
             "json_file",
             "sources.chunked",
             "sources.devices.replay",
