@@ -76,6 +76,14 @@ def test_every_step_and_shake_is_counted_however_the_phone_is_held(example):
     said("the phone's own z axis shows", len(steps.count_steps(recording.acc[:, 2] - steps.GRAVITY)), "peaks")
 
 
+def test_gestures_are_recognised_however_the_hand_is_turned(example):
+    gesture = example("gesture")
+    counts = gesture.count_right()
+    said("however the hand is turned about it", counts[0], "of 30")
+    said("the gyroscope's own axes give", counts[1], "of them")
+    assert gesture.count_right(seed=2)[0] == gesture.COUNT
+
+
 def test_a_compass_with_tilt_taken_out(example):
     compass = example("compass")
     errors = compass.errors(compass.bearings(compass.carry()))
