@@ -8,8 +8,11 @@ knee and the relative heading. Skin moves under each step, so the angle is right
 ::
 
     python examples/knee.py          # draws docs/pictures/knee-walk.png
+
+With ``LEVELHEAD_DATA``, the folder of the recordings, the left knee of a person who walks and runs is drawn instead.
 """
 
+import os
 import sys
 from pathlib import Path
 
@@ -69,6 +72,38 @@ def flexion_of(seed: int = 0) -> tuple[lh.Joint, np.ndarray, np.ndarray]:
     return joint, angle - angle.mean() + true.mean(), true
 
 
+def recorded(file: Path) -> tuple[lh.Joint, np.ndarray, np.ndarray]:
+    """The same of a person's left knee, beside calibrated segments whose sensors had a magnetometer."""
+    from scipy.io import loadmat
+
+    body = loadmat(file, simplify_cells=True)
+    thigh, shank = (body[f"{part}_leg_left"] for part in ("upper", "lower"))
+    joint = lh.joint(*(lh.Recording(body["t"], one["gyr"], one["acc"]) for one in (thigh, shank)))
+    segments = [Rotation.from_quat(one["quat"], scalar_first=True) for one in (thigh, shank)]
+    reference = (segments[0].inv() * segments[1]).as_euler("ZXY", degrees=True)[:, 0]
+    angle = joint.angle * np.sign(np.corrcoef(joint.angle, reference)[0, 1])
+    return joint, angle - np.mean((angle - reference)[100:]), reference  # 1 s in which the references begin
+
+
+def picture_recorded(path: Path, file: Path) -> None:
+    """The whole recording, and eight seconds of the run."""
+    import matplotlib as mpl
+
+    mpl.use("Agg")
+    from matplotlib import pyplot
+
+    joint, angle, reference = recorded(file)
+    rms = np.sqrt(np.mean((angle - reference)[100:] ** 2))
+    figure, panels = pyplot.subplots(2, 1, figsize=(9, 5.0), layout="constrained")
+    fastest = joint.t[int(np.argmax(np.convolve(np.abs(np.diff(reference)), np.ones(800), "valid")))]
+    for panel, limits in zip(panels, ((joint.t[0], joint.t[-1]), (fastest, fastest + 8.0)), strict=True):
+        panel.plot(joint.t, reference, color="black", lw=2.2, label="reference")
+        panel.plot(joint.t, angle, color="tab:blue", lw=1.0, label=f"lh.joint: {rms:.1f}° RMS")
+        panel.set(xlim=limits, xlabel="t [s]", ylabel="flexion [°]")
+    panels[0].legend(loc="upper left", fontsize=8)
+    figure.savefig(path, dpi=90)
+
+
 def picture(path: Path) -> None:
     """Ten seconds of the angle, and the strides one upon another."""
     import matplotlib as mpl
@@ -96,5 +131,6 @@ def picture(path: Path) -> None:
 
 if __name__ == "__main__":
     target = Path(sys.argv[1] if len(sys.argv) > 1 else Path(__file__).parents[1] / "docs/pictures/knee-walk.png")
-    picture(target)
+    walk_file = Path(os.environ.get("LEVELHEAD_DATA", "")) / "joints" / "qmt_full_body.mat"
+    picture_recorded(target, walk_file) if walk_file.is_file() else picture(target)
     sys.stdout.write(f"written: {target}\n")

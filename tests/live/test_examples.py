@@ -1,6 +1,7 @@
 """The examples in the docs do what their pictures show."""
 
 import importlib.util
+import os
 import re
 import socket
 import struct
@@ -12,6 +13,8 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "howto" / "live.md"
+DATA = Path(os.environ.get("LEVELHEAD_DATA", Path(__file__).parents[3] / "shared" / "data"))
+BODY = DATA / "joints" / "qmt_full_body.mat"
 FOLDER = Path(__file__).resolve().parents[2] / "examples"
 
 
@@ -113,6 +116,13 @@ def test_a_knee_that_walks_is_right_but_for_the_skin(example):
     joint, angle, true = knee.flexion_of()
     assert joint.fault == ""
     assert np.sqrt(np.mean((angle - true) ** 2)) < 1.3 * 2.0**0.5 * knee.SKIN
+
+
+@pytest.mark.skipif(not BODY.is_file(), reason=f"no recording {BODY}; LEVELHEAD_DATA names the folder")
+def test_the_knee_of_a_person(example):
+    joint, angle, reference = example("knee").recorded(BODY)
+    assert joint.fault == ""
+    assert np.sqrt(np.mean((angle - reference)[100:] ** 2)) < 3.0
 
 
 def test_a_head_tracker_sends_its_view_as_osc(example):
