@@ -19,7 +19,7 @@ MEMORY = 3.0  # s of stance, or of swing, over which the noises are averaged
 class StanceDetector:
     """Whether a foot stands, from the last 0.1 s by the likelihood ratio of ``stance``, whose noises follow the walk.
 
-    It is late by half of that; ``gait`` of a recording is not. Exported C has the same detector.
+    It is late by half of that; ``gait`` of a recording is not.
 
     Attributes:
         standing: whether the foot stands now.
