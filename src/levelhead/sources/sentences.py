@@ -96,6 +96,7 @@ _GYROSCOPE: Mapping[str, str] = {  # reason to the evidence for a gyroscope's un
         "a guess: {counts:g} counts per deg/s, {chip}, since gravity turns {far:.2f} times as far "
         "(correlation {correlation:.2f})"
     ),
+    "gravity_turn_unclear": "a guess: gravity turns {far:.2f} times as far (correlation {correlation:.2f})",
     "whole_numbers": "a guess: {counts:g} counts per deg/s, {chip}, at which its noise at rest is {noise:.2g} deg/s",
     "power_up": "a guess: {counts:g} counts per deg/s, the MPU-6050's after power-up beside {per_g:g} per g",
     "whole_degrees": "a guess: whole numbers, whose noise at rest is {noise:.2g} deg/s",

@@ -22,7 +22,7 @@ from levelhead.sources.hints import NeedsHints, Scale
 from levelhead.sources.interpret.converter_counts import offset_of
 from levelhead.sources.interpret.counts import GYR, acc_sensitivity
 from levelhead.sources.interpret.declared import Evidence, are_whole
-from levelhead.sources.interpret.gyroscope import gyr_unit
+from levelhead.sources.interpret.gyroscope_unit import gyr_unit
 from levelhead.sources.interpret.raw_counts import THOUSANDTHS, are_thousandths
 from levelhead.sources.names.vendors import find_vendor
 from levelhead.sources.table import Table
@@ -97,9 +97,9 @@ def acc_scale(
         return resting
     counts = acc_sensitivity(norm)
     if counts is not None and norm > _MIN_COUNTS:
-        evidence.acc_per_g, evidence.acc_norm = counts.per_unit, norm
-        scale = Scale(units.factor("acc", "g"), f"counts, {counts.per_unit:g} per g", counts.per_unit)
-        facts, confirm = {"per_g": counts.per_unit, "norm": norm}, {"counts": {"acc": f"{counts.per_unit:g}/g"}}
+        evidence.acc_per_g, evidence.acc_norm = counts, norm
+        scale = Scale(units.factor("acc", "g"), f"counts, {counts:g} per g", counts)
+        facts, confirm = {"per_g": counts, "norm": norm}, {"counts": {"acc": f"{counts:g}/g"}}
         evidence.conclude("acc.unit", "counts", scale, Basis.GUESS, facts, confirm)
         return scale
     if without_gravity(values):
@@ -217,8 +217,8 @@ def _plausible_acc(values: Array, norm: float, scale: Scale, hinted: bool, table
                 f"{said}{length:.3g} g; expected another unit, units acc=…, or raw counts, --counts acc=…"
             )
         raise NeedsHints(
-            f"{said}raw counts; expected the hint --counts acc={counts.per_unit:g}/g",
-            counts={"acc": f"{counts.per_unit:g}/g"},
+            f"{said}raw counts; expected the hint --counts acc={counts:g}/g",
+            counts={"acc": f"{counts:g}/g"},
         )
     raise NeedsHints(f"{said}{unit}; expected the hint units acc={unit}", units={"acc": unit})
 
