@@ -1,6 +1,5 @@
 """Angles and velocities gained since the row before, as strapdown firmware logs them: rates and forces by division."""
 
-import re
 from collections.abc import Mapping
 from typing import NamedTuple
 
@@ -10,17 +9,9 @@ from levelhead import units
 from levelhead.recording import Array, median
 from levelhead.sources.conclusion import Basis, Conclusion
 from levelhead.sources.interpret.clock_choice import guess_unit
-from levelhead.sources.names.column_name import understand
+from levelhead.sources.names.column_name import name_increment, understand
 from levelhead.sources.table import ArrayTable, Column, Table, in_memory, words_of
 
-_AXIS = r"[ _.\[]?([0-2xyz])\]?"
-_GAINED = {  # PX4's vehicle_imu, ArduPilot's IMT, VectorNav and MicroStrain
-    "gyr": re.compile(rf"(?:delta_?angle|delta_?theta|d_?ang|d_?theta|del_?a){_AXIS}", re.IGNORECASE),
-    "acc": re.compile(rf"(?:delta_?velocity|delta_?vel|d_?vel|del_?v){_AXIS}", re.IGNORECASE),
-}
-_OWN_INTERVAL = {"gyr": re.compile(r"(?i)delta_?angle_?dt|delat"), "acc": re.compile(r"(?i)delta_?velocity_?dt|delvt")}
-_INTERVAL = re.compile(r"(?i)dt|delta_?t(?:ime)?|delt")
-_SI = re.compile(r"(?i)delta_?angle_?dt|delat")  # PX4 and ArduPilot: rad and m/s
 _UNIT = {"gyr": "rad/s", "acc": "m/s²"}
 _USUAL_INTERVAL = 0.01  # s, where no clock shows the unit of an interval
 
@@ -34,18 +25,19 @@ class IncrementClock(NamedTuple):
 
 def rates_of_increments(table: Table) -> ArrayTable | None:
     """The table with a gyroscope and an accelerometer in place of increments; None where it has not both of them."""
-    found = {role: _axes(table, pattern) for role, pattern in _GAINED.items()}
+    gained = {i: name_increment(name) for i, name in enumerate(table.names)}
+    found = {role: _axes(gained, role) for role in _UNIT}
     if any(len(axes) != 3 for axes in found.values()):
         return None
     if words_of(table) or any(understand(name).role in ("gyr", "acc") for name in table.names):
         return None
     columns = table.read(list(range(len(table.names))))
-    clock = _clock(table, columns)
-    declared = any(_SI.fullmatch(name.strip()) for name in table.names)
+    clock = _clock(table, gained, columns)
+    declared = ("gyr", "dt") in gained.values()  # PX4 and ArduPilot: rad and m/s
     rates: dict[str, Column] = {}
     steps = {}
     for role, positions in found.items():
-        interval = _interval(table, role, columns, clock)
+        interval = _interval(gained, role, columns, clock)
         steps[role] = median(interval)
         if not steps[role] > 0.0:
             return None
@@ -54,8 +46,8 @@ def rates_of_increments(table: Table) -> ArrayTable | None:
             rates[title] = np.where(interval > 0.0, columns[i] / interval, np.nan)
     facts = {"columns": ", ".join(table.names[found[role][0]] for role in found), "step": steps["gyr"]}
     rest = in_memory(table, "")
-    gained = {table.names[i] for positions in found.values() for i in positions}
-    kept = {name: column for name, column in rest.arrays.items() if name not in gained}
+    replaced = {table.names[i] for positions in found.values() for i in positions}
+    kept = {name: column for name, column in rest.arrays.items() if name not in replaced}
     conclusion = Conclusion("columns", "increments", list(rates), Basis.HEADER, facts)
     return ArrayTable(
         table.source, {**kept, **rates}, rate=table.rate, conclusions=[*table.conclusions, conclusion],
@@ -63,16 +55,15 @@ def rates_of_increments(table: Table) -> ArrayTable | None:
     )  # fmt: skip
 
 
-def _axes(table: Table, pattern: re.Pattern[str]) -> list[int]:
+def _axes(gained: Mapping[int, tuple[str, str]], role: str) -> list[int]:
     """The positions of three increments, in the order of their axes."""
-    axes = {match[1].lower(): i for i, name in enumerate(table.names) if (match := pattern.fullmatch(name.strip()))}
+    axes = {axis: i for i, (of, axis) in gained.items() if of == role and axis != "dt"}
     return [axes[axis] for axis in sorted(axes)] if sorted(axes) in (list("xyz"), list("012")) else []
 
 
-def _clock(table: Table, columns: Mapping[int, Column]) -> IncrementClock:
+def _clock(table: Table, gained: Mapping[int, tuple[str, str]], columns: Mapping[int, Column]) -> IncrementClock:
     for i, name in enumerate(table.names):
-        known = understand(name)
-        if known.role != "t" or _INTERVAL.fullmatch(name.strip()) or len(columns[i]) < 2:
+        if understand(name).role != "t" or gained[i][1] == "dt" or len(columns[i]) < 2:
             continue
         step = median(np.diff(columns[i]))
         if step > 0.0:
@@ -81,14 +72,15 @@ def _clock(table: Table, columns: Mapping[int, Column]) -> IncrementClock:
     return IncrementClock(None, _USUAL_INTERVAL)
 
 
-def _interval(table: Table, role: str, columns: Mapping[int, Column], clock: IncrementClock) -> Array:
+def _interval(
+    gained: Mapping[int, tuple[str, str]], role: str, columns: Mapping[int, Column], clock: IncrementClock
+) -> Array:
     """(n,) s over which each row gained; its unit is the one nearest to the step of the clock."""
-    for pattern in (_OWN_INTERVAL[role], _INTERVAL):
-        for i, name in enumerate(table.names):
-            if pattern.fullmatch(name.strip()) and (usual := median(columns[i])) > 0.0:
-                factors = (1.0, 1e-3, 1e-6, 1e-9)
-                factor = min(factors, key=lambda one: abs(np.log(usual * one / clock.step)))
-                return columns[i].astype(np.float64) * factor
+    own = [i for of in (role, "t") for i, found in gained.items() if found == (of, "dt")]
+    for i in own:
+        if (usual := median(columns[i])) > 0.0:
+            factor = min((1.0, 1e-3, 1e-6, 1e-9), key=lambda one: abs(np.log(usual * one / clock.step)))
+            return columns[i].astype(np.float64) * factor
     if clock.stamps is None:
         return np.zeros(len(next(iter(columns.values()))))
     return np.full(len(clock.stamps), clock.step)

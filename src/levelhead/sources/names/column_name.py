@@ -11,6 +11,8 @@ from levelhead.sources.hints import MEANING, QUANTITY
 from levelhead.sources.names.vocabulary import (
     DERIVED,
     FILLERS,
+    INCREMENTS,
+    INTERVALS,
     LETTERS,
     NO_TIMES,
     PAIRS,
@@ -88,6 +90,18 @@ def _understand(raw: str) -> Name:
         left = "".join(token for token in _without_time_unit(tokens))
         return Name(raw, "t", "", "".join(tokens), exact=left in TIMES or left == "")
     return Name(raw, "", axis, "".join(stem))
+
+
+def name_increment(raw: str) -> tuple[str, str]:
+    """(sensor, axis or digit) of an angle ("gyr") or a velocity ("acc") gained since the row before; else ("", "").
+
+    The axis is "dt" for the interval over which it was gained, of sensor "t" if both have the same one.
+    """
+    label = "".join(split(raw))
+    if label in INTERVALS:
+        return INTERVALS[label], "dt"
+    sensor = INCREMENTS.get(label[:-1], "")
+    return (sensor, label[-1]) if sensor and label[-1] in "xyz012" else ("", "")
 
 
 def _reference_flag(raw: str, stem: Sequence[str], axis: str) -> Name | None:

@@ -190,3 +190,11 @@ NO_TIMES = {
 }
 TIME_ALONE = {"seconds", "secs", "sec", "ms", "us", "ns", "millis", "milliseconds", "micros", "microseconds"}
 TIME_ALONE |= {"nanos", "nanoseconds", "msecs", "usecs", "nsecs", "nanosec", "nsec", "usec", "msec"}
+INCREMENTS = {  # PX4's vehicle_imu, ArduPilot's IMT, VectorNav and MicroStrain
+    "deltaangle": "gyr", "deltatheta": "gyr", "dang": "gyr", "dtheta": "gyr", "dela": "gyr",
+    "deltavelocity": "acc", "deltavel": "acc", "dvel": "acc", "delv": "acc",
+}  # fmt: skip
+INTERVALS = {
+    "deltaangledt": "gyr", "delat": "gyr", "deltavelocitydt": "acc", "delvt": "acc",
+    "dt": "t", "deltat": "t", "deltatime": "t", "delt": "t",
+}  # fmt: skip
