@@ -1,6 +1,5 @@
 """Time stamps: which column is the clock, its unit, its start; stamps that repeat, step back or begin again."""
 
-import re
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
@@ -21,14 +20,11 @@ _EPOCH = (0.9e9, 4.2e9)  # seconds since 1970 that lie between 1998 and 2103
 LONGEST_UPTIME = 1e8  # seconds; stamps beyond it count from some date, not from the start of the sensor
 _SLOWEST_MEDIAN = {"s": 0.25, "ms": 250.0, "us": 250e3, "ns": 250e6}  # 4 Hz
 _MAX_RATE_ERROR = 0.25  # by which the rate of a guessed unit may differ from the rate that the file gives
-_POOR = re.compile(
-    r"unfilt|pred|server|recv|receiv|arriv|host|wall|utc|gps|raw|system|local|log|date|iso|packet|tick", re.I
-)
-_COMPUTER = re.compile(r"host|wall|system|recv|receiv|arriv", re.I)
 _FAST = 2e-3  # s; a shorter interval could as well be a slow one in a larger unit
 MIN_INTERVAL, _MAX_INTERVAL = 2.5e-5, 100.0  # s; no IMU is read at more than 40 kHz, nor less than once in 100 s
 _MIN_SPAN, _MAX_TICKS_ERROR = 2.0, 0.02  # s that show a rate; by which it may differ from a round one
 _ROUND_TICKS = [digit * 10.0**power for power in range(1, 8) for digit in (1.0, 2.0, 2.5, 5.0)] + [32768.0, 65536.0]
+_UNUSABLE = 4.0  # unevenness of stamps that mostly stand still or go back
 _MIN_ROWS = 20  # rows below which nothing is repaired
 _STALE, _ALONE = 3, 100.0  # rows that may stand alone at the start; usual intervals between them and the others
 _MISSING_SHARE = 0.01  # of the rows, at most, that may lack a stamp and are left out
@@ -116,41 +112,43 @@ def _whole(stamps: Column) -> bool:
 def with_ticks(candidates: Sequence[Candidate]) -> list[Candidate]:
     """The candidates; a counter without unit gets that which a clock beside it shows, if its numbers contradict it.
 
-    The other clock has a unit, counts from a date, or is a computer's. Only its rate is taken,
-    since it may hold times of arrival.
+    The other clock has a unit, counts from a date, or counts no ticks of this one. Only its rate is taken, since it may
+    hold times of arrival.
     """
-    known = [(one, factor) for one in candidates if (factor := _known_factor(one)) is not None]
     return [
-        one if one.declared is not None or (scale := _ticks(one, known)) is None else one._replace(declared=scale)
+        one if (scale := next((made for other in candidates if (made := _ticks(one, other))), None)) is None
+        else one._replace(declared=scale)
         for one in candidates
-    ]
+    ]  # fmt: skip
 
 
-def _known_factor(one: Candidate) -> float | None:
-    """Seconds per number, by a unit or a date, or because a computer's clock counts no ticks; None: it is not known."""
+def _period(one: Candidate) -> tuple[float, bool]:
+    """(s per number by its unit, a date or a guess; whether it is more than a guess)."""
     if one.declared is not None:
-        return _factor(one)
+        return _factor(one) or 1.0, True
     if len(one.stamps) < _MIN_ROWS or not np.isfinite(one.stamps[[0, -1]]).all():
-        return None
-    factor = units.find_factor("time", guess_unit(one.stamps))
-    dated = factor is not None and _EPOCH[0] < float(one.stamps[0]) * factor < _EPOCH[1]
-    return factor if dated or _COMPUTER.search(one.name) else None
+        return 1.0, False
+    factor = units.find_factor("time", guess_unit(one.stamps)) or 1.0
+    return factor, _EPOCH[0] < float(one.stamps[0]) * factor < _EPOCH[1]
 
 
-def _ticks(one: Candidate, known: Sequence[tuple[Candidate, float]]) -> Scale | None:
-    """The unit of a counter by the clocks beside it; None if its guessed unit is theirs, or no round one fits."""
-    if _known_factor(one) is not None:
+def _ticks(one: Candidate, other: Candidate) -> Scale | None:
+    """The unit of a counter by the clock beside it; None if its guessed unit is its own, or no round one fits."""
+    (guessed, sure), (factor, known) = _period(one), _period(other)
+    spans = [_span(clock.stamps, len(one.stamps)) for clock in (one, other)]
+    if one is other or sure or spans[1] * factor < _MIN_SPAN or not spans[0] > 0.0:
         return None
-    guessed = units.find_factor("time", guess_unit(one.stamps)) or 1.0
-    for other, factor in known:
-        spans = [_span(stamps.stamps, len(one.stamps)) for stamps in (one, other)]
-        if spans[1] * factor < _MIN_SPAN or not spans[0] > 0.0:
-            continue
-        ticks = spans[0] / (spans[1] * factor)
-        near = min(_ROUND_TICKS, key=lambda round_: abs(np.log(ticks / round_)))
-        if abs(np.log(ticks * guessed)) > _MAX_RATE_ERROR and abs(ticks / near - 1.0) < _MAX_TICKS_ERROR:
-            return Scale(1.0, f"ticks of 1/{near:g} s", near)
-    return None
+    ratio = spans[0] / spans[1]  # numbers of one for a number of the other
+    if abs(np.log(ratio * guessed / factor)) < _MAX_RATE_ERROR or (not known and _round(1.0 / (ratio * guessed))):
+        return None
+    near = _round(ratio / factor)
+    return Scale(1.0, f"ticks of 1/{near:g} s", near) if near else None
+
+
+def _round(ticks: float) -> float:
+    """The usual number of ticks a second that is nearest; 0 if none is near."""
+    near = min(_ROUND_TICKS, key=lambda one: abs(np.log(ticks / one)))
+    return near if abs(ticks / near - 1.0) < _MAX_TICKS_ERROR else 0.0
 
 
 def _span(stamps: Column, count: int) -> float:
@@ -162,29 +160,47 @@ def _span(stamps: Column, count: int) -> float:
 def choose(candidates: Sequence[Candidate]) -> tuple[Candidate, list[Conclusion]]:
     """The clock among several columns with time in their names, and conclusions about the choice.
 
-    The most even one is taken; of equals, the one with a plain name that comes first.
+    The most even one is taken; of equals, the one whose rate most others have, and the first of these.
     """
     if len(candidates) == 1:
         return candidates[0], []
-    ranked = sorted(enumerate(candidates), key=lambda item: _rank(item[1], item[0]))
-    best = ranked[0][1]
-    rest = ", ".join(f"'{one.name}'" for _, one in ranked[1:4])
+    fits = [_fit(one) for one in candidates]
+    rates = [np.log(fit.interval) for fit in fits if fit.uneven < _UNUSABLE]
+
+    def rank(place: int) -> tuple[float, int, bool]:
+        fit = fits[place]
+        others = (
+            sum(abs(np.log(fit.interval) - one) > _MAX_RATE_ERROR for one in rates) if fit.uneven < _UNUSABLE else 0
+        )
+        return fit.uneven, others, fit.counts_rows
+
+    best, *others = (candidates[place] for place in sorted(range(len(fits)), key=rank))
+    rest = ", ".join(f"'{one.name}'" for one in others[:3])
     facts = {"count": len(candidates), "rest": rest}
     return best, [Conclusion("t.column", "most_even", best.name, Basis.NUMBERS, facts)]
 
 
-def _rank(one: Candidate, order: int) -> tuple[float, int, int, int]:
+class Fit(NamedTuple):
+    """How uneven stamps are, in steps of √10, their usual interval in s, and whether they count rows."""
+
+    uneven: float
+    interval: float
+    counts_rows: bool
+
+
+def _fit(one: Candidate) -> Fit:
     stamps = one.stamps.astype(np.float64)
     stamps = stamps[np.isfinite(stamps)]
     if len(stamps) < 3 or len(stamps) < 0.5 * len(one.stamps) or stamps.min() == stamps.max():
-        return (9.0, 1, 1, order)
+        return Fit(_UNUSABLE + 1.0, 0.0, False)
     steps = np.diff(stamps)
     still, back = float((steps == 0).mean()), float((steps < 0).mean())
     low, middle, high = np.quantile(steps, [0.05, 0.5, 0.95])
-    spread = (high - low) / middle if middle > 0 else 9.0
-    uneven = 4.0 if still > 0.5 or back > 0.2 or middle <= 0 else float(np.floor(np.log10(max(spread, 0.2)) * 2.0))
-    declared = one.declared is None
-    return (uneven, int(_POOR.search(one.name) is not None), int(declared and middle == 1.0), order)
+    interval, counts_rows = middle * _period(one)[0], one.declared is None and middle == 1.0
+    if still > 0.5 or back > 0.2 or middle <= 0:
+        return Fit(_UNUSABLE, interval, counts_rows)
+    spread = max((high - low) / middle, 0.2)
+    return Fit(float(np.floor(np.log10(spread) * 2.0)), interval, counts_rows)
 
 
 def seconds(

@@ -13,7 +13,7 @@ from levelhead.sources.conclusion import Basis, Conclusion
 from levelhead.sources.interpret.clock_choice import guess_unit
 from levelhead.sources.interpret.rate import rate_of_turn
 from levelhead.sources.interpret.roles import Roles
-from levelhead.sources.names.column_name import split, unit_in
+from levelhead.sources.names.column_name import unit_in
 from levelhead.sources.table import Column, Table, words_of
 
 MAX_COLUMNS = 64  # columns that are looked at
@@ -21,21 +21,6 @@ MIN_ROWS = 20  # rows below which nothing is concluded
 FORWARD, EVEN = 0.999, 1.0  # share of steps that go on; spread of the steps, in usual ones
 RATES = (4.0, 10_000.0)  # Hz, between which a clock is believed
 MAX_RATE_ERROR = 0.2  # by which the rate of a clock without unit may differ from that of gravity's turn
-COUNTERS = {
-    "packet",
-    "counter",
-    "count",
-    "frame",
-    "index",
-    "seq",
-    "sequence",
-    "sample",
-    "row",
-    "line",
-    "id",
-    "no",
-    "num",
-}
 
 
 def with_clock(table: Table, roles: Roles, columns: Mapping[int, Column]) -> tuple[Roles, dict[int, Column]]:
@@ -55,7 +40,7 @@ def with_clock(table: Table, roles: Roles, columns: Mapping[int, Column]) -> tup
         except LevelheadError:
             continue
         step = _even_step(stamps)
-        if step == 0.0 or COUNTERS & set(split(table.names[i])):
+        if step == 0.0:
             continue
         if said is None:
             known = known or [rate_of_turn(roles, columns)]
