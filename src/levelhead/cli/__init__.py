@@ -114,7 +114,7 @@ def main(arguments: Sequence[str] | None = None) -> int:  # noqa: PLR0911
 def _start(tokens: Sequence[str]) -> None:
     """Settings of the process, and the completion command where no verb is given."""
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # NumPy starts a thread for each core, for products of matrices
-    gc.set_threshold(100_000, 20, 20)  # importing makes many objects, hardly one of which is garbage
+    gc.set_threshold(1_000_000, 20, 20)  # importing makes many objects, hardly one of which is garbage
     if not (tokens and tokens[0] in VERBS) and "--install-completion" not in app:
         app.register_install_completion_command(help="Complete commands, options and filter names in your shell.")
 

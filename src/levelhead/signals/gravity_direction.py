@@ -30,7 +30,8 @@ def is_gravity(gyr: Array, acc: Array) -> bool:
 
 
 def keeps_length_of_gravity(values: Array) -> bool:
-    """Whether (n, 3) values have the length of gravity, in g or m/s², at all samples: software worked them out."""
+    """Whether (n, 3) values have the length of gravity, in g or m/s², at each sample: software worked them out."""
+    values = values[:: max(1, len(values) // _ROWS)]
     length = np.sqrt((values**2).sum(axis=1))
     length = length[np.isfinite(length)]
     if len(length) < _MIN_VECTORS or not np.ptp(values[np.isfinite(values).all(axis=1)], axis=0).any():

@@ -20,7 +20,7 @@ _QUIET_SHARE = 0.05  # of the rows, at least, must be quiet
 SPAN = 0.5  # s; over which the turn of gravity is compared
 MIN_CORRELATION = 0.7  # correlation from which the comparison counts
 MIN_TURN = 0.05  # rms turn of gravity per span, as a fraction of its length (3 degrees), that counts as motion
-_SAMPLES = 100_000  # rows that are looked at
+_SAMPLES = 50_000  # rows that are looked at
 
 
 class GravityTurn(NamedTuple):

@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 from levelhead.recording import Array, median
 
 SEGMENT = 4.0  # s
-MAX_RATE = 100.0  # Hz to which readings are averaged
+MAX_RATE = 50.0  # Hz to which readings are averaged
 MAX_SEGMENTS = 48  # segments that are looked at
 BLOCKS = 16  # values of a segment that are compared
 MIN_SEGMENTS = 5  # segments

@@ -10,13 +10,8 @@ from numpy.typing import NDArray
 from levelhead import units
 from levelhead.errors import LevelheadError
 from levelhead.recording import Array, median
-from levelhead.signals.gravity_turn import (
-    median_norm,
-)
-from levelhead.signals.mean_force import (
-    is_gravity_left,
-    usual_force,
-)
+from levelhead.signals.gravity_turn import excerpt, median_norm
+from levelhead.signals.mean_force import is_gravity_left, usual_force
 from levelhead.sources.conclusion import Basis
 from levelhead.sources.hints import NeedsHints, Scale
 from levelhead.sources.interpret.converter_counts import offset_of
@@ -117,9 +112,8 @@ def _cancels(values: Array, norm: float, scale: Scale | None, turning: Gyroscope
     """
     if not norm > 0.0:
         return False
-    rates = [1.0, units.DEGREE, *(units.DEGREE / counts for counts in GYR)]
-    if turning.scale is not None:
-        rates.append(turning.scale.factor / turning.scale.divisor)
+    declared = [] if turning.scale is None else [turning.scale.factor / turning.scale.divisor]  # first: it mostly decides
+    rates = [*declared, 1.0, units.DEGREE, *(units.DEGREE / counts for counts in GYR)]
     one_g = norm if scale is None else GRAVITY * scale.divisor / abs(scale.factor)
     acc = values[turning.rows] * (GRAVITY / one_g)
     forces = (usual_force(turning.t, turning.gyr * rate, acc) for rate in rates)
@@ -225,6 +219,7 @@ def _plausible_acc(values: Array, norm: float, scale: Scale, hinted: bool, table
 
 def without_gravity(values: Array) -> bool:
     """Whether the mean of (n, 3) ``values`` is much shorter than their usual length: of all, and of most tenths."""
+    values = values[excerpt(len(values))]
     finite = values[np.isfinite(values).all(axis=1)]
     norm = median_norm(finite)
     if len(finite) < 10 or not norm > 0.0:

@@ -34,6 +34,7 @@ _USUAL_NOISE, _NOISE_SPREAD = 0.08, 0.9  # deg/s rms at rest, a factor of 2.5 ei
 _TAIL = 2.0  # σ beyond which a cost grows no longer as a square
 _ROUNDING = 0.29  # rms of a digit
 _MAX_RATE = 2300.0  # deg/s; full scale of the usual chips is ±2000
+_LARGEST = 1e100  # number
 _BEYOND, _BEYOND_LOG = 4.0, 12.0  # cost of a rate beyond it, and for each factor e
 _USUAL_DEVIATION, _MAX_LENGTH = 0.04, 1.5  # of an accelerometer's scale; cost of one of another size at most
 _NO_FIELD, _OTHER_FIELD = 0.5, 1.5  # costs of a chip without a magnetometer beside it, and of one that shows no field
@@ -120,8 +121,7 @@ def gyr_unit(t: Array, gyr: Array, acc: Array, whole: Whole = NOTHING_WHOLE) -> 
     total = np.array([_prior(one, counts) for one in known])
     found: list[Evidence] = []
     for one in _evidence(t, gyr, acc, turn, known, counts, whole):
-        if np.isinf(one.costs).all():
-            assert turn is not None
+        if turn is not None and np.isinf(one.costs).all():
             if counts or turn.scale < 0.2 * DEGREE:
                 facts = {"measured": DEGREE / abs(turn.scale)}
                 return GyroscopeUnit(None, None, "gravity_turn_no_unit", facts, Basis.NUMBERS)
@@ -162,8 +162,8 @@ def _evidence(
         yield Evidence("steadiness", _others(unit, known, _STEADY, turn), {})
     per = np.array([one.per_degree for one in known])
     large, noise = large_rate(gyr), rest_noise(t, gyr)
-    beyond = large / per / _MAX_RATE
-    costs = np.where(beyond > 1.0, _BEYOND + _BEYOND_LOG * np.log(np.maximum(beyond, 1.0)), 0.0)
+    beyond = math.log(min(large, _LARGEST) + 1e-9) - np.log(per * _MAX_RATE)
+    costs = np.where(beyond > 0.0, _BEYOND + _BEYOND_LOG * beyond, 0.0)
     yield Evidence("range", costs, {"large": large, "turns": large / (2 * math.pi)})
     rounded = max(noise, _ROUNDING) if counts else noise
     costs = _tailed(np.log(rounded / per / _USUAL_NOISE) / _NOISE_SPREAD) if noise > 0.0 else np.zeros(len(per))
