@@ -112,7 +112,9 @@ def _cancels(values: Array, norm: float, scale: Scale | None, turning: Gyroscope
     """
     if not norm > 0.0:
         return False
-    declared = [] if turning.scale is None else [turning.scale.factor / turning.scale.divisor]  # first: it mostly decides
+    declared = (
+        [] if turning.scale is None else [turning.scale.factor / turning.scale.divisor]
+    )  # first: it mostly decides
     rates = [*declared, 1.0, units.DEGREE, *(units.DEGREE / counts for counts in GYR)]
     one_g = norm if scale is None else GRAVITY * scale.divisor / abs(scale.factor)
     acc = values[turning.rows] * (GRAVITY / one_g)

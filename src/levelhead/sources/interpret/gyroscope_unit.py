@@ -231,8 +231,10 @@ def _concluded(
         facts |= {"measured": DEGREE / abs(turn.scale), "far": best.per_degree * abs(turn.scale) / DEGREE}
     if best.chip in _DECIMALS:
         reason = _UNIT_REASONS.get((told.name, best.chip.name), "quiet")
-        if told.name == "turn" and not clear:
-            reason = "gravity_against" if against else "gravity_turn_unclear"
+        if against:
+            reason = "gravity_against"
+        elif told.name == "turn" and not clear:
+            reason = "gravity_turn_unclear"
         basis = Basis.NUMBERS if told.name == "turn" and clear else Basis.GUESS
         return GyroscopeUnit(best.chip.name, None, reason, facts, basis, against)
     if turn is None and not counts:
