@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from levelhead.recording import Array, Recording
     from levelhead.track import Track
 
+MIN_SAMPLES = 10  # of which an orientation follows
 MIN_SLOW_ROWS = 1_000_000  # rows from which CSV is the slow way
 
 
@@ -254,6 +255,8 @@ def _fuse_one(log: Path, name: str, options: FuseOptions) -> FusionResult:
         recording = read_without_iron(options.reading, log, filters.of(options.params))
     else:
         recording = read_calibrated(options.reading, log, options.calibration)
+    if len(recording) < MIN_SAMPLES:
+        raise LevelheadError(f"{log} is too short: {len(recording)} samples; expected {MIN_SAMPLES} or more")
     params, guard = options.params, options.guard
     if "live" in recording.meta and not options.named:
         params, guard = node_filter(recording.meta["live"], guard, options.guard_words)

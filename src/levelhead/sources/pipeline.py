@@ -1,5 +1,6 @@
 """From a path to a recording: container, tables, streams, one recording."""
 
+import difflib
 import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -9,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from levelhead.errors import LevelheadError, nearest
+from levelhead.errors import LevelheadError
 from levelhead.open_types import JsonObject
 from levelhead.recording import Recording
 from levelhead.sources.conclusion import Basis, Conclusion
@@ -25,6 +26,7 @@ from levelhead.sources.interpretation import Interpretation
 from levelhead.sources.table import CachedTable, Table, add_conclusion, in_memory
 from levelhead.track import Track
 
+_ALIKE = 0.8  # of two names' letters in the same order, from which one may be meant by the other
 _TRIES = 4  # hints that may be missing at once
 _BAG = BY_SUFFIX[".bag"]
 _READ = frozenset(BY_SUFFIX)
@@ -350,5 +352,6 @@ def _neighbour(file: Path) -> str:
         names = [entry.name for entry in file.parent.iterdir() if entry.is_file()]
     except OSError:
         return f": there is no folder {file.parent} that could be read"
-    hint = nearest(file.name, names)
-    return f"; {hint}" if hint.startswith("did you mean") else "; expected the path of a recording"
+    stems = {Path(name).stem.lower(): name for name in names}
+    close = difflib.get_close_matches(file.stem.lower(), stems, n=1, cutoff=_ALIKE)
+    return f"; did you mean '{stems[close[0]]}'?" if close else "; expected the path of a recording"

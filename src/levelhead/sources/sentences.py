@@ -101,7 +101,7 @@ _GYROSCOPE: Mapping[str, str] = {  # reason to the evidence for a gyroscope's un
     "power_up": "a guess: {counts:g} counts per deg/s, the MPU-6050's after power-up beside {per_g:g} per g",
     "whole_degrees": "a guess: whole numbers, whose noise at rest is {noise:.2g} deg/s",
     "digit": "a guess: its numbers go in steps of {step:.5g} deg/s, as a chip's converter does",
-    "gravity_against": "a guess: gravity turns against the gyroscope (scale {scale:.2f}); one is inverted",
+    "gravity_against": "a guess: gravity turns against the gyroscope (scale -{far:.2f}); one is inverted",
     "force_cancels": "a guess: turned back as rad/s, the force would cancel",
     "force_keeps_mean": "a guess: turned back as rad/s, the force of a moving sensor keeps its mean",
     "gravity_unsteady": "a guess: gravity would not hold still if it were rad/s",
