@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from levelhead.sources.join.turns import parts_of
+from levelhead.sources.interpret.interleaved_rows import parts_of
 from levelhead.sources.table import ArrayTable, in_memory
 
 

@@ -56,7 +56,7 @@ def read_file(
             ends with the command line that has been tried and works.
     """
     file = Path(path)
-    with _trying_hints(file, hints), _reading(file):
+    with _reading(file, hints):
         own = _read_own_file(file, hints)
         if own is not None:
             return own
@@ -95,7 +95,7 @@ def interpret(
     {'t': 'ms', 'acc': 'g', 'gyr': 'deg/s'}
     """
     file, hints = Path(path), check(map, units, counts, rate, sensor, session)
-    with _trying_hints(file, hints), _reading(file):
+    with _reading(file, hints):
         if _read_own_file(file, hints) is not None:
             raise LevelheadError(f"{file} was written by levelhead, in SI units; there is nothing to interpret")
         return replace(_open(file, hints).found, source=str(file))
@@ -108,7 +108,7 @@ def open_log(path: str | os.PathLike[str], hints: Hints) -> Log:
         LevelheadError: as ``read_file``.
     """
     file = Path(path)
-    with _trying_hints(file, hints), _reading(file):
+    with _reading(file, hints):
         check_there(file)
         return _open(file, hints)
 
@@ -121,18 +121,6 @@ def _open(file: Path, hints: Hints) -> Log:
     cached = CachedTable(table)
     found = replace(interpret_table(cached, left), hints=hints)
     return Log(cached, found, len(tables) == 1 and table is tables[0])
-
-
-@contextmanager
-def _trying_hints(file: Path, hints: Hints) -> Iterator[None]:
-    """Puts the command line behind an error that hints settle."""
-    try:
-        yield
-    except NeedsHints as error:
-        suggested = try_hints(file, hints, error)
-        if suggested is None:
-            raise LevelheadError(error.sentence) from None
-        raise NeedsHints(error.sentence, str(file), **suggested) from None
 
 
 def try_hints(file: Path, hints: Hints, error: NeedsHints) -> JsonObject | None:
@@ -156,11 +144,18 @@ def try_hints(file: Path, hints: Hints, error: NeedsHints) -> JsonObject | None:
 
 
 @contextmanager
-def _reading(file: Path) -> Iterator[None]:
-    """One sentence for whatever a damaged file may raise."""
+def _reading(file: Path, hints: Hints | None = None) -> Iterator[None]:
+    """One sentence for whatever a damaged file may raise; with hints the command line that settles it."""
     try:
         with np.errstate(all="ignore"):  # numbers such as 1e308 may stand in any file
             yield
+    except NeedsHints as error:
+        if hints is None:
+            raise
+        suggested = try_hints(file, hints, error)
+        if suggested is None:
+            raise LevelheadError(error.sentence) from None
+        raise NeedsHints(error.sentence, str(file), **suggested) from None
     except (OSError, ValueError) as error:
         if isinstance(error, LevelheadError):
             raise

@@ -16,11 +16,11 @@ from levelhead.sources.hints import MEANING, Hints
 from levelhead.sources.interpret.converter_counts import with_sensors
 from levelhead.sources.interpret.counts import ACC
 from levelhead.sources.interpret.increments import rates_of_increments
-from levelhead.sources.interpret.ranges import list_ranges
 from levelhead.sources.names.column_name import understand
 from levelhead.sources.table import ArrayTable, Column, Table, stack, words_of
 from levelhead.units import GRAVITY
 
+_SHOWN = 14  # columns in a message
 _MAX_ROWS = 20_000  # that are looked at
 _MAX_COLUMNS = 64  # that are looked at
 _MIN_MOTION = 0.04  # spread of a length from which it was motion
@@ -473,3 +473,13 @@ def map_words(values: Array) -> str:
 def _options(found: Mapping[str, Sequence[int]]) -> str:
     """Each role behind an option of its own, because ``--map`` takes one."""
     return " ".join(f"--map {word}" for word in _words(found).split())
+
+
+def list_ranges(names: Sequence[str], values: Array) -> str:
+    """The columns of (n, k) ``values`` with their ranges, for a person who can name them."""
+    shown = []
+    for name, column in zip(names[:_SHOWN], values.T, strict=False):
+        finite = column[np.isfinite(column)]
+        shown.append(f"{name} {finite.min():.4g} to {finite.max():.4g}" if len(finite) else f"{name} empty")
+    more = f", and {len(names) - _SHOWN} more" if len(names) > _SHOWN else ""
+    return f"the columns reach: {', '.join(shown)}{more}"

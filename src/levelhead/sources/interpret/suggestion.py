@@ -9,8 +9,7 @@ from levelhead.errors import LevelheadError
 from levelhead.recording import Array, median
 from levelhead.signals.gravity_turn import median_norm, turn_of_gravity
 from levelhead.sources.hints import Hints, NeedsHints
-from levelhead.sources.interpret.by_numbers import Guess, gravity_score, guess_columns
-from levelhead.sources.interpret.ranges import list_ranges
+from levelhead.sources.interpret.by_numbers import Guess, gravity_score, guess_columns, list_ranges
 from levelhead.sources.names.column_groups import group_axes, order_positions
 from levelhead.sources.names.column_name import Name, understand
 from levelhead.sources.table import Table, stack, words_of

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from levelhead.sources.conclusion import Basis, Conclusion
 from levelhead.sources.hints import Hints
-from levelhead.sources.join.turns import parts_of
+from levelhead.sources.interpret.interleaved_rows import parts_of
 from levelhead.sources.names.column_groups import group_axes, order_positions
 from levelhead.sources.names.column_name import split, understand
 from levelhead.sources.table import ArrayTable, Column, Table, labels_of, words_of

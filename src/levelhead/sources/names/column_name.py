@@ -87,7 +87,7 @@ def _understand(raw: str) -> Name:
     if role and axis and (axis != "w" or role == "q"):
         return Name(raw, role, axis, "".join(bare), reference=_is_reference(bare))
     if not role and (_is_time(tokens) or _is_abscissa(raw)):
-        left = "".join(token for token in _without_time_unit(tokens))
+        left = "".join(_time_unit(tokens)[0])
         return Name(raw, "t", "", "".join(tokens), exact=left in TIMES or left == "")
     return Name(raw, "", axis, "".join(stem))
 
@@ -257,7 +257,7 @@ def _is_reference(stem: Sequence[str]) -> bool:
 
 
 def _is_time(tokens: Sequence[str]) -> bool:
-    left = _without_time_unit(tokens)
+    left, _ = _time_unit(tokens)
     if not left:
         return bool(tokens) and tokens[0] in TIME_ALONE
     if "".join(tokens) in TIMES or "".join(tokens[-2:]) in TIMES:  # Clock:offsetTime
@@ -271,11 +271,6 @@ def _is_abscissa(raw: str) -> bool:
     return _BRACKETS.sub("", raw).strip().lower() == "x" and any(
         text.strip() in {"s", "ms", "us", "sec"} for text in inside
     )
-
-
-def _without_time_unit(tokens: Sequence[str]) -> list[str]:
-    left, _ = _time_unit(tokens)
-    return left
 
 
 def _time_unit(tokens: Sequence[str]) -> tuple[list[str], str | None]:

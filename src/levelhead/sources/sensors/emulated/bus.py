@@ -34,7 +34,6 @@ class EmulatedBus:
         nack: so many of the next transfers are not acknowledged.
         unplugged: nothing is acknowledged any more.
         stuck: the data line is held "low" (the kernel gives up: ETIMEDOUT), or floats "high" (all bits read as one).
-        transfers: how many there were.
     """
 
     def __init__(self, *chips: Chip) -> None:
@@ -42,10 +41,8 @@ class EmulatedBus:
         self.nack = 0
         self.unplugged = False
         self.stuck: Literal["low", "high"] | None = None
-        self.transfers = 0
 
     def _chip(self, address: int) -> Chip:
-        self.transfers += 1
         if self.stuck == "low":
             raise OSError(errno.ETIMEDOUT, os.strerror(errno.ETIMEDOUT))
         chip = self.chips.get(address)
