@@ -256,10 +256,15 @@ def test_without_matplotlib_the_track_is_written_all_the_same(levelhead, logs, t
 
 
 @pytest.mark.slow
-def test_one_sample_is_enough(levelhead, logs, tmp_path):
-    (tmp_path / "one.csv").write_text("\n".join((logs / "plain.csv").read_text("utf-8").splitlines()[:2]), "utf-8")
-    said = levelhead("fuse", tmp_path / "one.csv", "-o", tmp_path)
-    assert (said.code, said.err) == (0, "") and "1 sample," in said.out and "−0.00" not in said.out
+@pytest.mark.parametrize("samples", [1, 2, 9, 10])
+def test_a_log_of_a_few_samples_is_refused(levelhead, logs, tmp_path, samples):
+    lines = (logs / "plain.csv").read_text("utf-8").splitlines()[: samples + 1]
+    (tmp_path / "short.csv").write_text("\n".join(lines), "utf-8")
+    said = levelhead("fuse", tmp_path / "short.csv", "-o", tmp_path)
+    if samples < 10:
+        assert said.code == 2 and f"too short: {samples} sample" in said.err and "expected 10 or more" in said.err
+    else:
+        assert (said.code, said.err) == (0, "") and "10 samples," in said.out and "−0.00" not in said.out
 
 
 @pytest.mark.slow

@@ -256,7 +256,8 @@ def _fuse_one(log: Path, name: str, options: FuseOptions) -> FusionResult:
     else:
         recording = read_calibrated(options.reading, log, options.calibration)
     if len(recording) < MIN_SAMPLES:
-        raise LevelheadError(f"{log} is too short: {len(recording)} samples; expected {MIN_SAMPLES} or more")
+        count = "1 sample" if len(recording) == 1 else f"{len(recording)} samples"
+        raise LevelheadError(f"{log} is too short: {count}; expected {MIN_SAMPLES} or more")
     params, guard = options.params, options.guard
     if "live" in recording.meta and not options.named:
         params, guard = node_filter(recording.meta["live"], guard, options.guard_words)

@@ -160,7 +160,7 @@ def _span(stamps: Column, count: int) -> float:
 def choose(candidates: Sequence[Candidate]) -> tuple[Candidate, list[Conclusion]]:
     """The clock among several columns with time in their names, and conclusions about the choice.
 
-    The most even one is taken; of equals, the one whose rate most others have, and the first of these.
+    The most even one is taken; of equals, the one whose rate most others have, then the first that is no counter.
     """
     if len(candidates) == 1:
         return candidates[0], []
@@ -169,10 +169,9 @@ def choose(candidates: Sequence[Candidate]) -> tuple[Candidate, list[Conclusion]
 
     def rank(place: int) -> tuple[float, int, bool]:
         fit = fits[place]
-        others = (
-            sum(abs(np.log(fit.interval) - one) > _MAX_RATE_ERROR for one in rates) if fit.uneven < _UNUSABLE else 0
-        )
-        return fit.uneven, others, fit.counts_rows
+        sound = fit.uneven < _UNUSABLE
+        others = sum(abs(np.log(fit.interval) - one) > _MAX_RATE_ERROR for one in rates) if sound else 0
+        return fit.uneven, others, others > 0 and fit.is_counter
 
     best, *others = (candidates[place] for place in sorted(range(len(fits)), key=rank))
     rest = ", ".join(f"'{one.name}'" for one in others[:3])
@@ -181,11 +180,11 @@ def choose(candidates: Sequence[Candidate]) -> tuple[Candidate, list[Conclusion]
 
 
 class Fit(NamedTuple):
-    """How uneven stamps are, in steps of √10, their usual interval in s, and whether they count rows."""
+    """How uneven stamps are, in steps of √10, their usual interval in s, and whether they count something unknown."""
 
     uneven: float
     interval: float
-    counts_rows: bool
+    is_counter: bool
 
 
 def _fit(one: Candidate) -> Fit:
@@ -196,11 +195,12 @@ def _fit(one: Candidate) -> Fit:
     steps = np.diff(stamps)
     still, back = float((steps == 0).mean()), float((steps < 0).mean())
     low, middle, high = np.quantile(steps, [0.05, 0.5, 0.95])
-    interval, counts_rows = middle * _period(one)[0], one.declared is None and middle == 1.0
+    factor, known = _period(one)
+    interval, is_counter = middle * factor, not known and _whole(one.stamps)
     if still > 0.5 or back > 0.2 or middle <= 0:
-        return Fit(_UNUSABLE, interval, counts_rows)
+        return Fit(_UNUSABLE, interval, is_counter)
     spread = max((high - low) / middle, 0.2)
-    return Fit(float(np.floor(np.log10(spread) * 2.0)), interval, counts_rows)
+    return Fit(float(np.floor(np.log10(spread) * 2.0)), interval, is_counter)
 
 
 def seconds(
