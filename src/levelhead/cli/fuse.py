@@ -247,10 +247,12 @@ def fuse_several(
         raise LevelheadError(f"{len(failed)} of {len(logs)} logs failed: {'; '.join(failed)}")
 
 
-def _fuse_one(log: Path, name: str, options: FuseOptions) -> FusionResult:
-    """Reads, fuses and writes one log."""
-    from levelhead.publish.progress import progress
+def _read(log: Path, options: FuseOptions) -> "Recording":
+    """The recording in a log.
 
+    Raises:
+        LevelheadError: as the reader, and for one of fewer than ``MIN_SAMPLES``.
+    """
     if options.calibration is None:
         recording = read_without_iron(options.reading, log, filters.of(options.params))
     else:
@@ -258,6 +260,14 @@ def _fuse_one(log: Path, name: str, options: FuseOptions) -> FusionResult:
     if len(recording) < MIN_SAMPLES:
         count = "1 sample" if len(recording) == 1 else f"{len(recording)} samples"
         raise LevelheadError(f"{log} is too short: {count}; expected {MIN_SAMPLES} or more")
+    return recording
+
+
+def _fuse_one(log: Path, name: str, options: FuseOptions) -> FusionResult:
+    """Reads, fuses and writes one log."""
+    from levelhead.publish.progress import progress
+
+    recording = _read(log, options)
     params, guard = options.params, options.guard
     if "live" in recording.meta and not options.named:
         params, guard = node_filter(recording.meta["live"], guard, options.guard_words)

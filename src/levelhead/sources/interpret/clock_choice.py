@@ -179,7 +179,7 @@ def choose(candidates: Sequence[Candidate]) -> tuple[Candidate, list[Conclusion]
     return best, [Conclusion("t.column", "most_even", best.name, Basis.NUMBERS, facts)]
 
 
-class Fit(NamedTuple):
+class ClockFit(NamedTuple):
     """How uneven stamps are, in steps of √10, their usual interval in s, and whether they count something unknown."""
 
     uneven: float
@@ -187,20 +187,20 @@ class Fit(NamedTuple):
     is_counter: bool
 
 
-def _fit(one: Candidate) -> Fit:
+def _fit(one: Candidate) -> ClockFit:
     stamps = one.stamps.astype(np.float64)
     stamps = stamps[np.isfinite(stamps)]
     if len(stamps) < 3 or len(stamps) < 0.5 * len(one.stamps) or stamps.min() == stamps.max():
-        return Fit(_UNUSABLE + 1.0, 0.0, False)
+        return ClockFit(_UNUSABLE + 1.0, 0.0, False)
     steps = np.diff(stamps)
     still, back = float((steps == 0).mean()), float((steps < 0).mean())
     low, middle, high = np.quantile(steps, [0.05, 0.5, 0.95])
     factor, known = _period(one)
     interval, is_counter = middle * factor, not known and _whole(one.stamps)
     if still > 0.5 or back > 0.2 or middle <= 0:
-        return Fit(_UNUSABLE, interval, is_counter)
+        return ClockFit(_UNUSABLE, interval, is_counter)
     spread = max((high - low) / middle, 0.2)
-    return Fit(float(np.floor(np.log10(spread) * 2.0)), interval, is_counter)
+    return ClockFit(float(np.floor(np.log10(spread) * 2.0)), interval, is_counter)
 
 
 def seconds(

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from levelhead.open_types import ReadOnlyJson
+from levelhead.open_types import JsonObject, ReadOnlyJson
 from levelhead.recording import Array, median
 from levelhead.signals.gravity_turn import MIN_CORRELATION, MIN_TURN, GravityTurn, quiet_turn, turn_of_gravity
 from levelhead.signals.mean_force import MIN_WINDOWS, STRIDES, is_gravity_left, mean_forces, steadiness_of_gravity
@@ -224,28 +224,34 @@ def _concluded(
     place, rival = int(total.argmin()), _rival(total, per)
     other = 1 - place if best.chip in _DECIMALS else rival
     told = max(found, key=lambda one: one.costs[other] - one.costs[place])
-    facts: dict[str, object] = {name: value for one in found for name, value in one.facts.items()}
+    facts: JsonObject = {name: value for one in found for name, value in one.facts.items()}
     against = turn is not None and turn.correlation < -MIN_CORRELATION
     clear = turn is not None and turn.clear
     if turn is not None:
         facts |= {"measured": DEGREE / abs(turn.scale), "far": best.per_degree * abs(turn.scale) / DEGREE}
     if best.chip in _DECIMALS:
-        reason = _UNIT_REASONS.get((told.name, best.chip.name), "quiet")
-        if against:
-            reason = "gravity_against"
-        elif told.name == "turn" and not clear:
-            reason = "gravity_turn_unclear"
-        basis = Basis.NUMBERS if told.name == "turn" and clear else Basis.GUESS
-        return GyroscopeUnit(best.chip.name, None, reason, facts, basis, against)
+        proved = told.name == "turn" and clear
+        unclear = (
+            "gravity_against" if against else "gravity_turn_unclear" if told.name == "turn" and not clear else None
+        )
+        reason = unclear or _UNIT_REASONS.get((told.name, best.chip.name), "quiet")
+        return GyroscopeUnit(best.chip.name, None, reason, facts, Basis.NUMBERS if proved else Basis.GUESS, against)
+    return _concluded_counts(best, turn, facts, counts, clear or bool(total[rival] - total[place] > _MIN_GAP))
+
+
+def _concluded_counts(
+    best: Candidate, turn: GravityTurn | None, facts: JsonObject, counts: bool, sure: bool
+) -> GyroscopeUnit:
+    """The best candidate, which is a chip's or scaled: counts of no unit where decimals show no turn."""
     if turn is None and not counts:
         return GyroscopeUnit(None, None, "look_like_counts", facts, Basis.NUMBERS)
     facts |= {"counts": best.per_degree, "chip": best.chip.name}
-    if noise := [one.facts["noise"] for one in found if one.name == "noise"]:
-        facts["noise"] = noise[0] / best.per_degree
-    sure = clear or bool(total[rival] - total[place] > _MIN_GAP)
+    if "noise" in facts:
+        facts["noise"] /= best.per_degree
+    against = turn is not None and turn.correlation < -MIN_CORRELATION
     if best.per_degree == 1.0:
         return GyroscopeUnit("deg/s", None, "whole_degrees", facts, reversed=against, sure=sure, chip=best.chip)
-    by_turn = "gravity_turn_counts" if clear else "gravity_turn_nearest_counts"
+    by_turn = "gravity_turn_counts" if turn is not None and turn.clear else "gravity_turn_nearest_counts"
     reason = "whole_numbers" if turn is None else by_turn
     return GyroscopeUnit(None, best.per_degree, reason, facts, reversed=against, sure=sure, chip=best.chip)
 
