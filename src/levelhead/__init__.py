@@ -36,7 +36,6 @@ if TYPE_CHECKING:
     from levelhead.calibration import Calibration as Calibration
     from levelhead.corpora.runner import corpus as corpus
     from levelhead.corpora.tune_corpus import tune_corpus as tune_corpus
-    from levelhead.earth_field import earth_field as earth_field
     from levelhead.engine import AxisStream as AxisStream
     from levelhead.engine import Stream as Stream
     from levelhead.engine import fuse as fuse
@@ -70,6 +69,7 @@ if TYPE_CHECKING:
     from levelhead.inspection import inspect as inspect
     from levelhead.joints import Joint as Joint
     from levelhead.joints import joint as joint
+    from levelhead.magnetic_model import earth_field as earth_field
     from levelhead.noise import NoiseModel as NoiseModel
     from levelhead.noise import measure_noise as measure_noise
     from levelhead.parameter_file import ParameterFile as ParameterFile
@@ -96,7 +96,7 @@ _HOMES = {
     "levelhead.calibration": ("Calibration",),
     "levelhead.corpora.runner": ("corpus",),
     "levelhead.corpora.tune_corpus": ("tune_corpus",),
-    "levelhead.earth_field": ("earth_field",),
+    "levelhead.magnetic_model": ("earth_field",),
     "levelhead.engine": (
         "AxisStream",
         "Stream",

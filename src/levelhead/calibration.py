@@ -139,7 +139,7 @@ class Calibration:
         field: (2,) horizontal and vertical (upwards) strength of the field in µT: of the place, not of the sensor.
         north: (1,) azimuth of magnetic north in rad, clockwise from the y axis of the orientation; likewise.
         temperature: "gyr" and "acc" to how their biases change; the biases above are those at its reference. ``apply``
-            and ``fuse`` correct recordings with a temperature, a stream by ``update_temperature``; exported C does not.
+            and ``fuse`` correct recordings with a temperature, a stream and exported C by ``update_temperature``.
     """
 
     gyr_matrix: Quantity
@@ -244,6 +244,8 @@ class Calibration:
             return replace(recording, meta={**recording.meta, "notes": notes})
         warmth = np.interp(recording.t, recording.t[known], warmth[known])
         corrected = {name: getattr(recording, name) - curve.change(warmth) for name, curve in self.temperature.items()}
+        if "acc" in corrected:
+            corrected["acc"] = _unless_silent(recording.acc, _columns(corrected["acc"]))
         return replace(recording, **corrected)
 
     def matrices(self) -> "Calibration | None":

@@ -127,6 +127,7 @@ def test_what_a_sweep_found_goes_to_the_board(levelhead, tmp_path):
         (["EKF", "--axes", "x,y,-z"], "axes 'x,y,-z' are a mirror image: no way of mounting a sensor does that"),
         (["EKF", "--axes", "-y,x"], "axes '-y,x' do not name each of x, y, z once"),
         (["Kalman", "--axis", "--axes", "-y,x,z"], "one level and its rate have no three axes"),
+        (["Kalman", "--axis", "--frame", "ned"], "one level and its rate have no earth frame: leave the frame out"),
     ],
 )
 def test_refused(refused, tmp_path, words, said):

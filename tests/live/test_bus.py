@@ -10,7 +10,10 @@ import levelhead as lh
 from levelhead.live import Health, LocalBus, Orientation, Raw
 from levelhead.live.messages import pack_message, unpack
 
-SAID = Orientation(7, 3, 1.5, 123, (1.0, 0.0, 0.0, 0.0), (0.1, 0.2, 0.3), (1e-3, 0.0, -1e-3), 2048)
+SAID = Orientation(
+    7, 3, 1.5, 123, (1.0, 0.0, 0.0, 0.0), (0.1, 0.2, 0.3), (1e-3, 0.0, -1e-3), 2048, True, (0.1, 0.2, 0.3),
+    (0.01, 0.02, 0.03), (0.0, 0.0, 9.81), (0.1, 0.2, 0.3),
+)  # fmt: skip
 READ = Raw(7, 3, 1.5, 123, (0.1, 0.2, 0.3), (0.0, 0.0, 9.81), None, None)
 EVENT = Health(7, 3, 1.5, 123, "late", True, "2 ticks µ", {"n": [1, 2.5]})
 
@@ -24,9 +27,9 @@ def test_messages_survive_the_wire(message):
 
 def test_messages_are_compact_and_versioned():
     data = pack_message(SAID)
-    assert len(data) == 117 and data[:3] == b"LH\x01"
-    with pytest.raises(lh.LevelheadError, match="version 2, this levelhead reads 1"):
-        unpack(data[:2] + b"\x02" + data[3:])
+    assert len(data) == 213 and data[:3] == b"LH\x02"
+    with pytest.raises(lh.LevelheadError, match="version 1, this levelhead reads 2"):
+        unpack(data[:2] + b"\x01" + data[3:])
     for bad in (b"", b"nonsense", data[:-1], b"XX" + data[2:], pack_message(EVENT)[:-2]):
         with pytest.raises(lh.LevelheadError, match="not a message|cut off"):
             unpack(bad)

@@ -147,7 +147,9 @@ def test_attitude_in_north_east_down(yaw, heading):
 
 @pytest.mark.slow
 def test_the_node_s_attitude_arrives(source):
-    said = Orientation(7, 3, 1.5, 5, (math.cos(0.1), math.sin(0.1), 0.0, 0.0), (0.1,) * 3, (0.0,) * 3, 0)
+    said = Orientation(
+        7, 3, 1.5, 5, (math.cos(0.1), math.sin(0.1), 0.0, 0.0), (0.1,) * 3, (0.0,) * 3, 0, rate=(1.0, 2.0, 3.0)
+    )
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as autopilot:
         autopilot.bind(("127.0.0.1", 0))
         autopilot.settimeout(10.0)
@@ -157,6 +159,8 @@ def test_the_node_s_attitude_arrives(source):
             messages = [next(codec.unpack_mavlink(autopilot.recv(1000))) for _ in range(2)]
     assert [one.number for one in messages] == [codec.ATTITUDE, codec.ATTITUDE_QUATERNION]
     assert messages[0].fields["roll"] == pytest.approx(0.2, abs=1e-6) and messages[0].fields["time_boot_ms"] == 1500
+    for one in messages:
+        assert [one.fields[f"{axis}speed"] for axis in ("roll", "pitch", "yaw")] == [1.0, -2.0, -3.0]
     fields = messages[1].fields
     assert [fields[f"q{i}"] for i in (1, 2, 3, 4)] == pytest.approx(list(to_ned(said.quat)), abs=1e-6)
 

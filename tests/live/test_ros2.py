@@ -20,7 +20,10 @@ typesys = pytest.importorskip("rosbags.typesys", reason="rosbags is not installe
 pytestmark = pytest.mark.slow
 STAMP = 1_700_000_000_000_000_005
 QUAT = (math.cos(0.1), math.sin(0.1), 0.0, 0.0)
-SAID = Orientation(7, 3, 1.5, STAMP, QUAT, (0.1, 0.2, 0.3), (0.5, 0.0, 0.0), 0)
+SAID = Orientation(
+    7, 3, 1.5, STAMP, QUAT, (0.1, 0.2, 0.3), (0.5, 0.0, 0.0), 0, True,
+    rate=(1.0, 2.0, 3.0), sigma_rate=(0.1,) * 3, force=(0.0, 0.0, 9.81), sigma_force=(0.2,) * 3,
+)  # fmt: skip
 READ = Raw(7, 3, 1.5, STAMP, (1.5, 2.0, 3.0), (0.0, 0.0, 9.81), (10.0, 20.0, 30.0), None)
 
 READER = """
@@ -108,12 +111,12 @@ def test_a_process_of_its_own_reads_imu_data(domain):
     assert numbers[:4] == [x, y, z, w]
     np.testing.assert_allclose(numbers[4:13], np.diag([0.01, 0.04, 0.09]).ravel())
     assert numbers[13:16] == [1.0, 2.0, 3.0] and numbers[25:28] == [0.0, 0.0, 9.81]  # the bias is taken off
-    assert not any(numbers[16:25]) and not any(numbers[28:])
+    np.testing.assert_allclose([numbers[16:25], numbers[28:]], [np.diag([v] * 3).ravel() for v in (0.01, 0.04)])
 
 
 @pytest.mark.parametrize("valid", [True, False])
 def test_bytes_of_each_message_are_those_of_rosbags(domain, valid):
-    """What Cyclone DDS serializes is what rosbags decodes: all four messages."""
+    """What Cyclone DDS serializes is what rosbags decodes: all messages."""
     store = typesys.get_typestore(typesys.Stores.ROS2_HUMBLE)
     sent: dict = {}
     bus = LocalBus()
@@ -124,7 +127,7 @@ def test_bytes_of_each_message_are_those_of_rosbags(domain, valid):
         bus.publish("imu/orientation", SAID._replace(valid=valid))
         bus.publish("imu/health", Health(7, 0, 0.0, STAMP, "silent", True, "no sample", {"since": 1}))
         end = time.monotonic() + 10.0
-        while len(sent) < 3 + valid and time.monotonic() < end:
+        while len(sent) < 3 + 3 * valid and time.monotonic() < end:
             time.sleep(0.01)
     imu = store.deserialize_cdr(sent["imu/data"], "sensor_msgs/msg/Imu")
     assert imu.orientation_covariance[0] == (pytest.approx(0.01) if valid else -1.0)
@@ -133,10 +136,18 @@ def test_bytes_of_each_message_are_those_of_rosbags(domain, valid):
     assert field.magnetic_field.y == pytest.approx(20e-6)
     (status,) = store.deserialize_cdr(sent["diagnostics"], "diagnostic_msgs/msg/DiagnosticArray").status
     assert (status.level, status.name, status.message) == (2, "levelhead: silent", "no sample")
-    assert ("tf" in sent) is valid
+    assert ("tf" in sent) is ("imu/linear_acceleration" in sent) is valid
     if valid:
         (one,) = store.deserialize_cdr(sent["tf"], "tf2_msgs/msg/TFMessage").transforms
         assert (one.header.frame_id, one.child_frame_id, one.transform.rotation.x) == ("odom", "chip", QUAT[1])
+        for name, frame in (("linear", "chip"), ("earth", "odom")):
+            kind = "geometry_msgs/msg/AccelWithCovarianceStamped"
+            one = store.deserialize_cdr(sent[f"imu/{name}_acceleration"], kind)
+            found, at = SAID.accelerations, ("body" if name == "linear" else "earth")
+            assert one.header.frame_id == frame and one.accel.accel.linear.y == getattr(found, at)[1]
+            covariance = one.accel.covariance.reshape(6, 6)
+            np.testing.assert_allclose(np.diag(covariance)[:3], np.square(getattr(found, f"sigma_{at}")))
+            assert covariance[3, 3] == -1.0
 
 
 def test_a_node_reads_imu_data_raw(domain):

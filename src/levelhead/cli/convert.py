@@ -1,5 +1,7 @@
 """``levelhead convert LOG|TRACK|BOX -o FILE``: the same readings and orientation in another format."""
 
+from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -10,7 +12,7 @@ from levelhead.cli.options import Reading, print_json, print_line
 from levelhead.errors import LevelheadError, nearest
 
 if TYPE_CHECKING:
-    from levelhead.recording import Recording
+    from levelhead.recording import Array, Recording
     from levelhead.track import Track
 
 BAGS = (".mcap", ".bag", ".db3")
@@ -23,6 +25,7 @@ def convert(
     *,
     out: Annotated[Path, Parameter(name=["--out", "-o"], metavar="FILE")],
     track: Annotated[str | None, Parameter(metavar="COLUMN")] = None,
+    motion: Annotated[bool, Parameter(negative="")] = False,
     json: Annotated[bool, Parameter(negative="")] = False,
     reading: Reading = Reading(),  # noqa: B008
 ) -> None:
@@ -33,13 +36,16 @@ def convert(
         out: File to write: .mcap, .db3 (ROS 2) and .bag (ROS 1) hold sensor_msgs; .parquet and .csv hold a table; .npz
             keeps all bits; .rrd is for rerun; .sto (OpenSim) holds an orientation alone.
         track: Quaternion columns of the log that hold its orientation, such as q or ahrs_q.
+        motion: Write specific force, accelerations without gravity and rate without bias as well, each with its 1σ, as
+            `levelhead fuse --motion` does.
         json: Print the result as JSON.
     """
     suffix = out.suffix.lower()
     if suffix not in SUFFIXES:
         raise LevelheadError(f"cannot write {out}: {nearest(suffix or out.name, SUFFIXES)}")
     recording, orientation = _read(log, reading, track)
-    _write(recording, orientation, out, suffix)
+    found = _motion(recording, orientation, suffix) if motion else None
+    _write(recording, orientation, out, suffix, found)
     if json:
         facts = {"samples": len(recording), "rate_hz": recording.rate, "orientation": orientation is not None}
         print_json(facts | {"written": [str(out)]})
@@ -66,16 +72,33 @@ def _read(log: Path, reading: Reading, column: str | None) -> "tuple[Recording, 
     return recording, None
 
 
-def _write(recording: "Recording", track: "Track | None", out: Path, suffix: str) -> None:
-    """Writes the file, by its suffix."""
+def _motion(recording: "Recording", track: "Track | None", suffix: str) -> "Track":
+    """The track with its readings.
+
+    Raises:
+        LevelheadError: there is no orientation, it has other stamps, or the format has no place for its motion.
+    """
+    if track is None:
+        raise LevelheadError("--motion needs an orientation, and the log has none; name its columns: --track q")
+    if suffix == ".sto":
+        raise LevelheadError("a .sto file holds an orientation alone; leave --motion out, or write .csv")
+    if not np.array_equal(track.t, recording.t):
+        raise LevelheadError("--motion needs an orientation at every sample; fuse the log: levelhead fuse LOG --motion")
+    return replace(track, readings=recording)
+
+
+def _write(recording: "Recording", track: "Track | None", out: Path, suffix: str, moved: "Track | None" = None) -> None:
+    """Writes the file, by its suffix; ``moved`` is the track whose motion is written too."""
+    from levelhead.publish.writers import motion_columns, motion_series
+
     if suffix in BAGS:
         from levelhead.sources.formats.rosbag import write_bag
 
-        write_bag(recording, out, track)
+        write_bag(recording, out, track, None if moved is None else motion_series(moved))
     elif suffix == ".rrd":
         from levelhead.publish.rerun_file import write_rerun
 
-        write_rerun(recording, track, out)
+        write_rerun(recording, track, out, {} if moved is None else motion_series(moved))
     elif suffix == ".sto":
         from levelhead.publish.opensim import write_sto
 
@@ -85,12 +108,14 @@ def _write(recording: "Recording", track: "Track | None", out: Path, suffix: str
     elif suffix == ".npz":
         from levelhead.sources.formats.npz import write_npz
 
-        write_npz(recording, out)
+        write_npz(recording, out, {} if moved is None else motion_columns(moved))
     else:
-        _write_table(recording, track, out, suffix)
+        _write_table(recording, track, out, suffix, {} if moved is None else motion_columns(moved))
 
 
-def _write_table(recording: "Recording", track: "Track | None", out: Path, suffix: str) -> None:
+def _write_table(
+    recording: "Recording", track: "Track | None", out: Path, suffix: str, more: "Mapping[str, Array]"
+) -> None:
     """Time, readings in SI units and the orientation as columns."""
     from levelhead.publish.tables import write_table
 
@@ -104,4 +129,5 @@ def _write_table(recording: "Recording", track: "Track | None", out: Path, suffi
         if track.sigma is not None:
             names = ("east", "north", "up")
             columns |= {f"sigma_{axis} [rad]": track.sigma[:, i] for i, axis in enumerate(names)}
+    columns |= more
     write_table({name: np.ascontiguousarray(values) for name, values in columns.items()}, out, suffix)

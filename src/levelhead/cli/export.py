@@ -7,7 +7,6 @@ from cyclopts import Parameter
 
 from levelhead import filters
 from levelhead.cli.options import (
-    Axes,
     FromFile,
     GuardWords,
     filter_names,
@@ -18,6 +17,7 @@ from levelhead.cli.options import (
     read_parameters,
     read_prior,
 )
+from levelhead.cli.placement import Placement
 from levelhead.errors import LevelheadError
 
 
@@ -31,7 +31,7 @@ def export(
     guard: GuardWords = (),
     prior: Annotated[Path | None, Parameter(metavar="FILE")] = None,
     calibration: Annotated[Path | None, Parameter(metavar="FILE")] = None,
-    axes: Axes = "x,y,z",
+    placement: Placement = Placement(),  # noqa: B008
     axis: Annotated[bool, Parameter(negative="")] = False,
     without: Annotated[tuple[str, ...], Parameter(negative="", metavar="PART")] = (),
     lean: Annotated[bool, Parameter(negative="")] = False,
@@ -53,8 +53,6 @@ def export(
             it.
         prior: Calibration of the same sensor from `levelhead fuse --save-calibration`; the filter starts with it.
         calibration: The same file for any other filter; the sensor's errors are corrected in its readings.
-        axes: The sensor's axes that are the body's x (forward), y (left) and z (up), such as -y,x,z. `levelhead axes`
-            finds them.
         axis: Export the filter of one angle and its rate instead of that of an IMU.
         without: Leave a part out: sigma, health, bias, guard; mag, if there is no magnetometer; parameters, which
             become constants. May be given several times.
@@ -70,7 +68,7 @@ def export(
         out: Folder for the files.
         json: Print the result as JSON.
     """
-    from levelhead.axis_map import IDENTITY, AxisMap
+    from levelhead.axis_map import IDENTITY
     from levelhead.calibration import Calibration
     from levelhead.export import ExportConfig, write, write_package
     from levelhead.export.config import LEAN
@@ -79,7 +77,7 @@ def export(
         raise LevelheadError("--float and --double contradict each other; give one of them")
     if wasm and (arduino or board):
         raise LevelheadError("--wasm is for no board; leave --arduino and --board out")
-    flt, mounted = filters.find(filter), AxisMap.parse(axes)
+    flt, mounted = filters.find(filter), placement.mounting or IDENTITY
     found = read_parameters(tuned, flt.name)
     params, before = parse_filter(flt.name, set, noise=noise, tuned=found), parse_guard(guard, found)
     words = ["levelhead export", flt.name, *(f"--set {word}" for word in set)]
@@ -89,6 +87,7 @@ def export(
     words += [f"--prior {prior.name}"] if prior else []
     words += [f"--calibration {calibration.name}"] if calibration else []
     words += [f"--axes {mounted}"] if mounted != IDENTITY else []
+    words += [f"--frame {placement.frame}"] if placement.frame != Placement.frame else []
     words += ["--axis"] if axis else []
     words += ["--lean"] if lean else []
     words += [f"--without {word}" for word in without]
@@ -106,6 +105,7 @@ def export(
         axis,
         prior=known,
         axes=mounted,
+        frame=placement.frame,
         calibration=Calibration.read(calibration) if calibration else None,
         without=parts - {"guard"},
         board=board,

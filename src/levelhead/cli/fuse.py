@@ -1,6 +1,6 @@
 """``levelhead fuse LOG``: the main job."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
@@ -10,7 +10,7 @@ import numpy as np
 
 from levelhead import filters
 from levelhead.cli.calibrated_log import read_calibrated, read_without_iron
-from levelhead.cli.fuse_options import FuseArguments, FuseOptions, require_north
+from levelhead.cli.fuse_options import BAGS, FuseArguments, FuseOptions, require_north
 from levelhead.cli.options import Reading, can_draw, folder, print_json, print_line, print_written
 from levelhead.errors import LevelheadError
 from levelhead.filters.parameters import Params
@@ -21,9 +21,11 @@ if TYPE_CHECKING:
     from levelhead.calibration import Calibration
     from levelhead.evaluate import Score
     from levelhead.heave import Heave
+    from levelhead.magnetic_model import EarthField
     from levelhead.recording import Array, Recording
     from levelhead.track import Track
 
+CHUNKED = ("csv", "parquet")  # formats that are written part by part
 MIN_SAMPLES = 10  # of which an orientation follows
 MIN_SLOW_ROWS = 1_000_000  # rows from which CSV is the slow way
 
@@ -82,6 +84,7 @@ class FusionResult(NamedTuple):
     written: list[Path]
     rows: int  # of the track in its file
     heave: "Heave | None" = None
+    field: "EarthField | None" = None  # of the place
 
 
 def fuse(*logs: Path, arguments: FuseArguments = FuseArguments()) -> None:  # noqa: B008
@@ -115,7 +118,7 @@ def fuse_logs(given: Sequence[Path], arguments: FuseArguments, smooth: bool) -> 
         return
     from levelhead.sources.chunked import NeedsWholeLog, is_long
 
-    if is_long(logs[0]) and options.calibration is None:
+    if is_long(logs[0]) and options.calibration is None and options.format in CHUNKED and not options.needs_log:
         from levelhead.cli.long_log import fuse_long_log
 
         with suppress(NeedsWholeLog):
@@ -154,10 +157,10 @@ def _print_summary(done: FusionResult, options: FuseOptions) -> None:
         print_line(f"frame         {options.frame} in the file; the angles above are in ENU")
     if done.heave is not None:
         print_line(f"heave         {done.heave.words()}")
-    if options.field is not None:
+    if done.field is not None:
         from levelhead.publish.field_sentence import field_sentence
 
-        print_line(f"field         {field_sentence(options.field, done.recording, done.track)}")
+        print_line(f"field         {field_sentence(done.field, done.recording, done.track)}")
     if options.output_rate is not None:
         print_line(f"rows          {done.rows:,} written, at {options.output_rate:g} Hz")
     print_written(done.written, options.plot)
@@ -268,6 +271,7 @@ def _fuse_one(log: Path, name: str, options: FuseOptions) -> FusionResult:
     from levelhead.publish.progress import progress
 
     recording = _read(log, options)
+    options = options.at_place(recording)
     params, guard = options.params, options.guard
     if "live" in recording.meta and not options.named:
         params, guard = node_filter(recording.meta["live"], guard, options.guard_words)
@@ -275,7 +279,6 @@ def _fuse_one(log: Path, name: str, options: FuseOptions) -> FusionResult:
         require_north(recording, params)
     from levelhead.engine import fuse as forward
     from levelhead.engine import smooth
-    from levelhead.publish.writers import write_track
 
     with progress("smoothing" if options.smooth else "fusing") as report:
         run = smooth if options.smooth else forward
@@ -292,15 +295,35 @@ def _fuse_one(log: Path, name: str, options: FuseOptions) -> FusionResult:
     heave = track.heave() if options.heave else None
     target = folder(options.out) / f"{name}-track.{options.format}"
     with progress(f"writing {target.name}") as report:
-        shown, more = _rows_to_write(track.to_frame(options.frame), heave, options)
-        write_track(shown, target, report, more)
+        rows = _write(seen, track, heave, target, options, report)
     written = [target]
     if options.plot and can_draw():
         written += _pictures(seen, track, params, guard, options.prior, options.out / name)
     if options.save_calibration is not None and track.calibration is not None:
         track.calibration.save(options.save_calibration)
         written.append(options.save_calibration)
-    return FusionResult(seen, track, score, guard, written, len(shown), heave)
+    return FusionResult(seen, track, score, guard, written, rows, heave, options.field)
+
+
+def _write(
+    seen: "Recording",
+    track: "Track",
+    heave: "Heave | None",
+    target: Path,
+    options: FuseOptions,
+    report: Callable[[float], None],
+) -> int:
+    """Writes a track in ENU as a table in its frame, or with its readings as a bag; how many rows it has."""
+    from levelhead.publish.writers import motion_series, write_track
+
+    if options.format in BAGS:
+        from levelhead.sources.formats.rosbag import write_bag
+
+        write_bag(seen, target, track, motion_series(track) if options.motion else None)
+        return len(track)
+    shown, more = _rows_to_write(track.to_frame(options.frame), heave, options)
+    write_track(shown, target, report, more)
+    return len(shown)
 
 
 def _rows_to_write(track: "Track", heave: "Heave | None", options: FuseOptions) -> "tuple[Track, dict[str, Array]]":

@@ -1,7 +1,7 @@
 """Options of ``levelhead fuse`` and ``levelhead smooth``: as they are typed, and as they are checked."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -29,9 +29,11 @@ from levelhead.guard import Guard
 if TYPE_CHECKING:
     from levelhead.axis_map import AxisMap
     from levelhead.calibration import Calibration
-    from levelhead.earth_field import EarthField
+    from levelhead.magnetic_model import EarthField
     from levelhead.recording import Recording
     from levelhead.track import Track
+
+BAGS = ("mcap", "bag", "db3")  # formats of tracks that hold messages of ROS
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -46,7 +48,7 @@ class FuseOptions:
         declination: degrees.
         north: turn a relative heading to magnetic north where that was found.
         out: folder for the results.
-        format: "csv" or "parquet".
+        format: "csv", "parquet", "npz", or a bag of ROS: "mcap", "bag", "db3".
         plot: draw pictures.
         smooth: use the whole recording at every instant.
         prior: of the sensor.
@@ -61,7 +63,9 @@ class FuseOptions:
         heading: degrees, the yaw at the start in that frame; None: as the filter found it.
         motion: write specific force, accelerations and rate too.
         heave: write heave too.
-        field: that of the place; None: it was not named.
+        field: that of the place; None: it was not named, or the log has it (``at_place``).
+        place: latitude, longitude and altitude; "auto": those of the log; None: it was not asked for.
+        date: of the log, as typed; None: its clock's.
     """
 
     params: Params
@@ -87,6 +91,38 @@ class FuseOptions:
     motion: bool
     heave: bool
     field: "EarthField | None"
+    place: tuple[float, float, float] | Literal["auto"] | None
+    date: str | None
+
+    @property
+    def needs_log(self) -> bool:
+        """Whether the field of the place is to be found by the log's own position or clock."""
+        return self.place is not None and self.field is None
+
+    def at_place(self, recording: "Recording") -> "FuseOptions":
+        """The same with the field of the place by the log's satellite positions and clock, where these are needed.
+
+        Raises:
+            LevelheadError: the log has no position or no date.
+        """
+        if not self.needs_log:
+            return self
+        from levelhead.magnetic_model import earth_field
+        from levelhead.sources.place import date_of, place_of
+
+        found = place_of(recording)
+        if self.place == "auto" and found is None:
+            raise LevelheadError("--place auto: the log has no satellite position; give --place LAT,LON")
+        if self.place == "auto" and found is not None:
+            where = found.latitude, found.longitude, found.altitude
+        else:
+            assert isinstance(self.place, tuple)
+            where = self.place
+        date = self.date or (None if found is None else found.date) or date_of(recording)
+        if date is None:
+            raise LevelheadError("--place needs the date, which the log's clock does not tell: --date 2026-05-17")
+        field = earth_field(*where, date=date)
+        return replace(self, field=field, declination=field.declination)
 
     def to_magnetic_north(self, track: "Track") -> "Track":
         """The track turned to magnetic north where that is known, unless the user has chosen another heading."""
@@ -140,15 +176,17 @@ class FuseArguments:
     north: bool = True
     """Turn the whole track to magnetic north, if the log has a magnetometer and σ of north is at most 30°. --no-north
     keeps the heading of the filter and only prints north. A live node turns to north by 2 °/s at most."""
-    place: Annotated[str | None, Parameter(metavar="LAT,LON[,ALT]", allow_leading_hyphen=True)] = None
-    """Place of the log in degrees and m. The World Magnetic Model gives the declination. Its strength and dip are
-    printed beside those that were measured (needs the extra levelhead[place])."""
+    place: Annotated[str | None, Parameter(metavar="LAT,LON[,ALT]|auto", allow_leading_hyphen=True)] = None
+    """Place of the log in degrees and m, or auto: by the satellite positions in the log. The World Magnetic Model gives
+    the declination. Its strength and dip are printed beside those that were measured (needs the extra
+    levelhead[place])."""
     date: Annotated[str | None, Parameter(metavar="YYYY-MM-DD")] = None
-    """Date of the log, for --place."""
+    """Date of the log, for --place; by default its clock's."""
     out: Annotated[Path, Parameter(name=["--out", "-o"], metavar="DIR")] = Path()
     """Folder for the results LOG-track.csv and LOG-track.png."""
-    format: Literal["csv", "parquet"] = "csv"
-    """Format of the track. Above a million rows, Parquet takes a tenth of the time of CSV."""
+    format: Literal["csv", "parquet", "npz", "mcap", "bag", "db3"] = "csv"
+    """Format of the track. Above a million rows, Parquet takes a tenth of the time of CSV. mcap, db3 (ROS 2) and bag
+    (ROS 1) hold the readings too, as sensor_msgs/Imu in enu."""
     output_rate: Annotated[float | None, Parameter(metavar="HZ")] = None
     """Maximum rows per second of the written track: the first sample of each period of 1/HZ s. The filter, the summary
     and the picture use every sample."""
@@ -211,8 +249,7 @@ class FuseArguments:
             raise LevelheadError("--heading and --declination both turn the heading; give one of them")
         prior, calibration = self._calibrations(params)
         require_writable(self.out)
-        if self.format == "parquet":
-            require("pyarrow", "writing Parquet", "formats")
+        self._check_format()
         return FuseOptions(
             params=params,
             named=self.filter is not None or bool(self.set) or self.noise is not None or self.tuned is not None,
@@ -237,7 +274,28 @@ class FuseArguments:
             motion=self.motion,
             heave=self.heave,
             field=field,
+            place=self._place(),
+            date=self.date,
         )
+
+    def _check_format(self) -> None:
+        """Makes sure that the format can be written, and holds all that was asked for."""
+        if self.format == "parquet":
+            require("pyarrow", "writing Parquet", "formats")
+        if self.format in BAGS:
+            require("rosbags", "writing a bag", "ros")
+            if self.output_rate is not None or self.heave or self.placement.frame != Placement.frame:
+                raise LevelheadError(
+                    "a bag has every sample in enu (REP 103) and no heave; leave --output-rate, --heave and --frame "
+                    "out, or give --format npz"
+                )
+
+    def _place(self) -> 'tuple[float, float, float] | Literal["auto"] | None':
+        if self.place is None or self.place.lower() == "auto":
+            return None if self.place is None else "auto"
+        from levelhead.magnetic_model import parse_place
+
+        return parse_place(self.place)
 
     def _calibrations(self, params: Params) -> "tuple[Calibration | None, Path | None]":
         """The filter's prior, and the file of the calibration to subtract from the readings."""
@@ -252,13 +310,13 @@ class FuseArguments:
             if self.date is not None:
                 raise LevelheadError("--date is that of a --place; give the place too, such as --place 48.1,11.6")
             return None
-        if self.date is None:
-            raise LevelheadError("--place needs the date of the log: --date 2026-05-17")
         if self.declination is not None or self.heading is not None:
             raise LevelheadError("--place gives the declination; leave --declination and --heading out")
-        from levelhead.earth_field import earth_field, parse_place
+        require("pygeomag", "the field of a place", "place")
+        from levelhead.magnetic_model import earth_field
 
-        return earth_field(*parse_place(self.place), date=self.date)
+        place = self._place()
+        return None if place is None or place == "auto" or self.date is None else earth_field(*place, date=self.date)
 
 
 def require_north(recording: "Recording", params: Params) -> None:

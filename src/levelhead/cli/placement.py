@@ -20,7 +20,7 @@ class Placement:
     """The mounting of the sensor and the frame of the results."""
 
     frame: FrameName = "enu"
-    """Earth frame of the written track: enu, nwu, or ned with the body's axes forward-right-down."""
+    """Earth frame of the result: enu, nwu, or ned with the body's axes forward-right-down."""
     axes: Axes = AS_MOUNTED
     """How the sensor sits on its body (x forward, y left, z up): its axes for x, y, z, such as -y,x,z, which
     `levelhead axes` finds; Euler angles in degrees, such as ZYX:90,0,10; or a quaternion wxyz. The orientation is the

@@ -10,7 +10,7 @@ from levelhead.engine.driver import Carry, Settings
 from levelhead.engine.stepper import Four
 from levelhead.errors import LevelheadError
 from levelhead.filters.contract import Filter
-from levelhead.kernels.correction import SensorErrors, correct_readings
+from levelhead.kernels.correction import SensorErrors, correct_readings, is_absent
 from levelhead.kernels.vec3 import ZERO, Vec3
 from levelhead.recording import Recording
 from levelhead.sample import Triple
@@ -82,16 +82,17 @@ class Warmth:
         """The same two functions of one live sample, for readings at this temperature."""
 
         def plain(place: object, gyr: Triple, acc: Triple, dt: float) -> Four:
-            return tick(place, self._less("gyr", gyr), self._less("acc", acc), dt)
+            return tick(place, self.less("gyr", gyr), self.less("acc", acc), dt)
 
         def with_mag(place: object, gyr: Triple, acc: Triple, mag: Triple, dt: float) -> Four:
-            return tick_mag(place, self._less("gyr", gyr), self._less("acc", acc), mag, dt)
+            return tick_mag(place, self.less("gyr", gyr), self.less("acc", acc), mag, dt)
 
         return plain, with_mag
 
-    def _less(self, name: str, values: Triple) -> Triple:
+    def less(self, name: str, values: Triple) -> Triple:
+        """Readings of "gyr" or "acc" without this change; the zero vector of a silent sensor as it is."""
         (x, y, z), (a, b, c) = values, self._change[name]
-        if x == y == z == 0.0:  # no reading
+        if name == "acc" and is_absent(Vec3(x, y, z)):
             return values
         return x - a, y - b, z - c
 

@@ -2,15 +2,17 @@
 its sensor's calibration.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal
 
 from levelhead import filters
 from levelhead.axis_map import IDENTITY, AxisMap
-from levelhead.calibration import Calibration
+from levelhead.calibration import Calibration, TemperatureCurve
+from levelhead.earth_frame import ENU, find_frame
 from levelhead.engine.binding import bind, is_guarded
 from levelhead.engine.driver import Carry, Settings
-from levelhead.engine.prior import apply_prior
+from levelhead.engine.prior import Warmth, apply_prior
 from levelhead.errors import LevelheadError, nearest
 from levelhead.export.layout import snake
 from levelhead.filters.contract import Filter
@@ -36,6 +38,7 @@ class ExportConfig:
         axis: the filter of one level and its rate instead of that of an IMU.
         prior: what an earlier run has learned of the same sensor: the filter starts with it.
         axes: how the sensor sits on its body; all else, calibration and prior included, is in the body's axes.
+        frame: "ENU", "NED" or "NWU": of the answers; with NED their body is forward-right-down.
         calibration: its errors are taken off the readings before anything else sees them.
         without: what no call of the program asks for ("sigma", "health", "bias"), what no
             sensor gives ("mag"), and "parameters": they are constants of the program.
@@ -50,6 +53,7 @@ class ExportConfig:
     axis: bool = False
     prior: Calibration | None = None
     axes: AxisMap = IDENTITY
+    frame: str = ENU.name
     calibration: Calibration | None = None
     without: frozenset[str] = frozenset()
     board: str = ""
@@ -60,6 +64,9 @@ class ExportConfig:
         for word in sorted(self.without):
             if word not in DISPENSABLE:
                 raise LevelheadError(f"there is no '{word}' to leave out; {nearest(word, DISPENSABLE)}")
+        object.__setattr__(self, "frame", find_frame(self.frame).name)
+        if self.axis and self.frame != ENU.name:
+            raise LevelheadError("one level and its rate have no earth frame: leave the frame out")
         if self.without and self.axis:
             raise LevelheadError("one level and its rate have none of these parts: leave --without and --lean out")
         if self.axis and self.flt.axis is None:
@@ -100,7 +107,20 @@ class ExportConfig:
     @property
     def corrects(self) -> bool:
         """Whether something is done to the readings before anything else sees them."""
-        return self.axes != IDENTITY or self.corrections is not None
+        return self.axes != IDENTITY or self.corrections is not None or bool(self.curves)
+
+    @property
+    def curves(self) -> Mapping[str, TemperatureCurve]:
+        """How the biases of the sensor change with its temperature; empty: they do not."""
+        known = self.calibration or self.prior
+        return {} if known is None else known.temperature
+
+    @property
+    def test_temperature(self) -> float:
+        """°C at which the self-test runs: off the reference, within each range or beyond it."""
+        return round(
+            max((curve.low + 0.8 * (curve.high - curve.low) for curve in self.curves.values()), default=0.0), 2
+        )
 
     @property
     def corrections(self) -> Calibration | None:
@@ -110,8 +130,12 @@ class ExportConfig:
         return self.prior.matrices()
 
     def readings(self, gyr: Vec3, acc: Vec3, mag: Vec3) -> Readings:
-        """The filter's input for these readings."""
+        """The filter's input for these readings, at ``test_temperature``."""
         turned = [Vec3(*self.axes.turn(v)) for v in (gyr, acc, mag)]
+        if self.curves:
+            warmth = Warmth(self.curves)
+            warmth.set(self.test_temperature)
+            turned[:2] = [Vec3(*warmth.less(name, v)) for name, v in zip(("gyr", "acc"), turned, strict=False)]
         if "mag" in self.without:
             turned[2] = ZERO
         return Readings(*turned) if self.corrections is None else correct_readings(self.corrections.errors, *turned)

@@ -1,10 +1,10 @@
 """Header and source of a filter on an IMU, with the driver around it: no more of both than a program asks for."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 from levelhead.engine.binding import bind, estimates_bias
 from levelhead.engine.driver import Carry, FilterRun
-from levelhead.export import sensor
+from levelhead.export import frame, sensor, temperature
 from levelhead.export.c_api import CApi, health_bits
 from levelhead.export.config import ExportConfig
 from levelhead.export.flat_program import FlatProgram, Root
@@ -18,7 +18,7 @@ from levelhead.kernels import correction, quat
 from levelhead.kernels.vec3 import ZERO
 from levelhead.units import DEGREE, GRAVITY
 
-CONSTANTS = {"one": 1.0, "two": 2.0, "quarter": 90.0, "turn": 360.0, "degrees": 1.0 / DEGREE, "gravity": GRAVITY}
+CONSTANTS = {"one": 1.0, "two": 2.0, "turn": 360.0, "degrees": 1.0 / DEGREE, "gravity": GRAVITY}
 PLACES = {"settings": "filter->settings", "carry": "filter->carry", "run": "filter->carry.run"}
 UNUSED = f"{STEP}(void)filter; /* zero at any time */\n{STEP}"
 TYPES = {"quaternion": "quat", "bias": "vec3", "sigma": "vec3"}
@@ -49,6 +49,10 @@ class ImuApi(CApi):
             errors = types.struct(correction.SensorErrors)
             types.publish(errors)
             self.whole.fields["errors"] = errors
+        if config.curves:
+            change = types.struct(temperature.BiasChange)
+            types.publish(change)
+            self.whole.fields["bias_change"] = change
 
     def _kept(self) -> list[type]:
         kept: list[type] = [type(self.config.settings), Carry]
@@ -100,7 +104,8 @@ class ImuApi(CApi):
         """The text of the calls for position, velocity and height."""
         row = {"row": "row", "value": "value", "deviation": "sigma", "age": "age"}
         places = {"params": "filter->settings.filter", "state": "filter->carry.run.state", "nav_state": "found"}
-        return {
+        turns = frame.aiding_lines(self.config.frame, f"{self.name}_nav_state", self.config.real, self.number)
+        return turns | {
             "aid": self.program.call("aid", PLACES, row),
             "place": self.program.call("place", places),
             "position": POSITION,
@@ -112,7 +117,12 @@ class ImuApi(CApi):
     def _gaps(self) -> dict[str, object]:
         readings = {f"{name}_{axis}": f"{name}[{i}]" for name in sensor.READINGS for i, axis in enumerate("xyz")}
         call = self.program.call
-        answers = {name: call(name, PLACES) for name in self.config.answers}
+        answers = {
+            name: frame.answer_lines(
+                self.config.frame, field, f"{self.name}_{TYPES.get(name, 'int32_t')}", call(name, PLACES), self.number
+            )
+            for name, field in self.config.answers.items()
+        }
         parts = [
             template(f"imu.{name}.c").substitute(self.common_gaps(), answer=answer)
             if "filter->" in answer
@@ -128,20 +138,38 @@ class ImuApi(CApi):
             "begin": call("begin", PLACES),
             "advance": call("advance", PLACES, readings | {"dt": "dt"}),
             "take": self._take(),
-            "corrected": self._corrected(readings),
+            "corrected": temperature.update_temperature(self.config, self.number) + self._corrected(readings),
             "euler": call("euler", {}, {f"q_{axis}": f"q.{axis}" for axis in "wxyz"}),
             "answers": "\n".join(parts),
             "read": "\n".join(
                 f"{STEP}found.{name} = {self.name}_{full}(filter);" for full, name in self.config.answers.items()
             ),
             **{name: self.number(value) for name, value in CONSTANTS.items()},
+            **self._body_gaps(),
         }
+
+    def _body_gaps(self) -> Mapping[str, object]:
+        """The text of bearing, up and linear acceleration."""
+        down = "-" if self.config.frame == "NED" else ""
+        if self.config.corrects:
+            force = f"const {self.name}_readings now = {self.name}_corrected(filter, 0, acc_read, 0);"
+            names = [f"now.acc.{axis}" for axis in "xyz"]
+        else:
+            force = f"{self.config.real} acc[3];\n{STEP}three(acc_read, acc);"
+            names = [f"acc[{i}]" for i in range(3)]
+        terms = frame.frame_terms(self.config.frame).bias
+        forces = [frame.sum_in_c(row, names, self.number) for row in terms]
+        return {
+            "bearing_of": frame.BEARING[self.config.frame].format(quarter=self.number(90.0)),
+            "down": down,
+            "force": force,
+        } | {f"force_{axis}": one for axis, one in zip("xyz", forces, strict=True)}
 
     def _components(self) -> str:
         """The lines that turn a reading into the body's axes."""
         return join_lines(
-            f"{STEP}to[{i}] = v ? {sensor.component(self.config, self.number, i)} : {self.number(0.0)};"
-            for i in range(3)
+            f"{STEP}to[{i}] = v ? {frame.sum_in_c(row, ['v[0]', 'v[1]', 'v[2]'], self.number)} : {self.number(0.0)};"
+            for i, row in enumerate(self.config.axes.terms)
         ).rstrip()
 
     def _take(self) -> str:
@@ -149,7 +177,7 @@ class ImuApi(CApi):
         taken = {str(node.content) for node in self.program.arguments("advance")}
         names = [name for name in sensor.READINGS if f"{name}_x" in taken]
         lines = [f"{STEP}{self.config.real} {', '.join(f'{name}[3]' for name in names)};"]
-        if self.config.corrections is None:
+        if self.config.corrections is None and not self.config.curves:
             lines += [f"{STEP}three({name}_read, {name});" for name in names]
         else:
             lines.append(
@@ -166,8 +194,9 @@ class ImuApi(CApi):
             return ""
         lines = [f"{STEP}{self.config.real} gyr[3], acc[3], mag[3];", f"{STEP}{self.name}_readings now;"]
         lines += [f"{STEP}three({name}_read, {name});" for name in sensor.READINGS]
+        lines += temperature.subtract_change(self.config, self.number)
         if self.config.corrections is None:
-            lines.append(f"{STEP}(void)filter;")
+            lines += [] if self.config.curves else [f"{STEP}(void)filter;"]
             for name in sensor.READINGS:
                 lines += [f"{STEP}now.{name}.{axis} = {name}[{i}];" for i, axis in enumerate("xyz")]
         else:
@@ -186,6 +215,8 @@ class ImuApi(CApi):
             for name, kind in self._struct("errors").fields.items():
                 value = getattr(self.config.corrections.errors, name)
                 lines += self.assign(value, kind or FLOAT, f"filter->errors.{name}", f"calibration, {name}")
+        if self.config.curves:
+            lines += self.assign(temperature.NOTHING, self._struct("bias_change"), "filter->bias_change", "temperature")
         return join_lines(lines).rstrip()
 
     def _struct(self, name: str) -> Struct:
@@ -195,7 +226,9 @@ class ImuApi(CApi):
 
     def _extras(self) -> str:
         """The calls that only some filters have."""
-        aiding = template("aiding.h").substitute(self.common_gaps()) if "place" in self.program.procedures else ""
+        aiding = ""
+        if "place" in self.program.procedures:
+            aiding = template("aiding.h").substitute(self.common_gaps(), axes=frame.axes_list(self.config.frame))
         if not self.fields:
             return aiding
         return aiding + template("errors.h").substitute(self.common_gaps(), fields=self.fields)
@@ -211,8 +244,14 @@ class ImuApi(CApi):
             whole.append(f"{STEP}{kind_name} {name};")
         whole += [f"}} {self.name}_output;", ""]
         bias = estimates_bias(self.config.flt, self.config.guarded)
-        field, frame = sensor.field_unit(self.config), sensor.frame(self.config)
-        gaps = {"field": field, "frame": frame, "no_bias": "" if bias else "; zero, as this filter estimates none"}
+        field, body = sensor.field_unit(self.config), sensor.frame(self.config)
+        earth = frame.axes_words(self.config.frame)
+        magnetic = earth.replace("north", "magnetic north")
+        gaps = {
+            "field": field, "frame": body, "earth": earth, "yaw": frame.YAW[self.config.frame],
+            "axes": frame.axes_list(self.config.frame),
+            "no_bias": "" if bias else "; zero, as this filter estimates none",
+        }  # fmt: skip
         parts = [template(f"imu.{name}.h").substitute(self.common_gaps(), **gaps) for name in self.config.answers]
         corrected = template("corrected.h").substitute(name=self.name, real=self.config.real)
         return self.header(
@@ -224,7 +263,7 @@ class ImuApi(CApi):
             loop=f" *     for each sample: {self.name}_update(&filter, gyr, acc, mag, dt);\n"
             f" *     {self.name}_quat q = {self.name}_quaternion(&filter);",
             sensor=sensor.about(self.config),
-            corrected=corrected if self.config.corrects else "",
+            corrected=temperature.declaration(self.config) + (corrected if self.config.corrects else ""),
             saving=self._extras() + template("carry.h").substitute(self.common_gaps() | self.carry_gaps()),
             reset="Forgets everything but the parameters, which may be changed at any time: filter.settings.…"
             if "settings" in self.whole.fields
@@ -233,7 +272,7 @@ class ImuApi(CApi):
             if "mag" in self.config.without
             else "",
             units=f"gyr rad/s, acc m/s² (a level sensor at rest reads 0, 0, +9.81), mag {field}, dt s;\n"
-            f" * q turns {frame} into earth (x east, y magnetic north, z up). A sensor that is not there is NULL.",
+            f" * q turns {body} into earth ({magnetic}). A sensor that is not there is NULL.",
             **gaps,
         )
 

@@ -4,6 +4,7 @@ import json
 import re
 
 from levelhead.export.c_api import CApi
+from levelhead.export.frame import YAW
 from levelhead.export.layout import template
 from levelhead.version import VERSION
 
@@ -33,6 +34,8 @@ def library_files(api: CApi, header: str) -> dict[str, str]:
         "bits": BITS[config.real],
         "url": URL,
         "class_name": class_name(name),
+        "yaw": YAW[config.frame],
+        "temperature": template("class.temperature.h").substitute(api.common_gaps()) if config.curves else "",
         "title_words": sentence.rstrip("."),
     }
     return {

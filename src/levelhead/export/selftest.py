@@ -64,6 +64,9 @@ def _imu(config: ExportConfig) -> dict[str, object]:
         "got": join_lines(wrap_line(f"const {real} got[{len(got)}] = {{{', '.join(got)}}};", "    ")).strip(),
         "health": "\n    int32_t health;" if healthy else "",
         "healthy": "out->health == row->health" if healthy else "true",
+        "warm": f"\n    {config.name}_update_temperature(&filter, {literal(config.test_temperature, real)});"
+        if config.curves
+        else "",
         "equal": " Health must be equal." if healthy else "",
     }
 

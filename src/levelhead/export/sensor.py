@@ -1,7 +1,7 @@
 """The sensor of an export, as C: its mounting, its errors, and the learned calibration of an earlier run."""
 
 import textwrap
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 
 from levelhead.axis_map import IDENTITY
 from levelhead.calibration import QUANTITIES, Calibration
@@ -101,6 +101,12 @@ def about(config: ExportConfig) -> str:
     if config.axes != IDENTITY:
         axes = str(config.axes).replace(",", ", ")
         lines.append(f"Readings are turned first: the body's x (forward), y (left), z (up) are the sensor's {axes}.")
+    if config.frame == "NED":
+        lines.append(
+            "Answers are in NED, of a body forward-right-down: y and z of the readings, turned, point against it."
+        )
+    elif config.frame != "ENU":
+        lines.append(f"Answers are in {config.frame}.")
     if config.calibration is not None:
         lines.append("The errors of this sensor are subtracted from its readings (filter.errors):")
         lines += _words(config.calibration)
@@ -124,7 +130,7 @@ def field_unit(config: ExportConfig) -> str:
 
 def frame(config: ExportConfig) -> str:
     """The body of the orientation."""
-    return "sensor" if config.axes == IDENTITY else "body"
+    return "sensor" if config.axes == IDENTITY and config.frame != "NED" else "body"
 
 
 def axes_comment(config: ExportConfig) -> str:
@@ -134,12 +140,3 @@ def axes_comment(config: ExportConfig) -> str:
     return (
         f"/* Readings in the axes of the body: its x (forward), y (left), z (up) are the sensor's {config.axes}. */\n"
     )
-
-
-def component(config: ExportConfig, number: Callable[[float], str], axis: int) -> str:
-    """The number along an axis of the body from the three numbers at v, as C; the order of sums is Python's."""
-    parts = [
-        {1.0: f"v[{i}]", -1.0: f"-v[{i}]"}.get(factor, f"v[{i}] * {number(factor)}")
-        for i, factor in config.axes.terms[axis]
-    ]
-    return " + ".join(parts)

@@ -11,6 +11,7 @@ from typing import NamedTuple
 from levelhead.engine.binding import bind, bind_axis
 from levelhead.engine.stepper import MOST_DT
 from levelhead.export.config import ExportConfig
+from levelhead.export.frame import turned_output
 from levelhead.filters.contract import FilterState, Output
 from levelhead.kernels.vec3 import Vec3
 
@@ -111,7 +112,7 @@ def vector_rows(config: ExportConfig) -> list[VectorRow]:
         taken = 0.0 < sample.dt < MOST_DT
         if taken:
             carry = bound.advance(settings, carry, *config.readings(sample.gyr, sample.acc, sample.mag), sample.dt)
-        found.append(VectorRow(sample, taken, bound.result(settings, carry.run)))
+        found.append(VectorRow(sample, taken, turned_output(config.frame, bound.result(settings, carry.run))))
     return found
 
 

@@ -13,7 +13,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from levelhead.errors import LevelheadError
-from levelhead.export import sensor
+from levelhead.export import frame, sensor
 from levelhead.export.axis_api import AxisApi
 from levelhead.export.c_api import CApi
 from levelhead.export.config import ExportConfig
@@ -32,7 +32,7 @@ ARRAYS = {"double": "Float64Array", "float": "Float32Array"}
 PARTS = {"bias": 3, "sigma": 3}  # answers of several numbers beside the quaternion
 WORDS = {
     "bias": "Bias of the gyroscope, rad/s.",
-    "sigma": "1 sigma of the attitude error about east, north and up, rad.",
+    "sigma": "1 sigma of the attitude error about {axes}, rad.",
     "health": "Faults of the last sample: bits; 0 means none.",
 }
 FIRST, PERIOD = 171.5, 360.0  # of the self-test of one axis
@@ -173,7 +173,7 @@ def _axis_gaps(api: AxisApi) -> dict[str, object]:
 
 
 def _imu_gaps(config: ExportConfig) -> dict[str, object]:
-    parts = [name for name in PARTS if name in config.answers]
+    parts, axes = [name for name in PARTS if name in config.answers], frame.axes_list(config.frame)
     found = [f"now.quat.{axis}" for axis in "wxyz"] + [f"angles.{name}" for name in ("roll", "pitch", "yaw")]
     found += [f"now.{name}.{axis}" for name in parts for axis in "xyz"]
     columns = {"quat": "wxyz", **dict.fromkeys(parts, "xyz")}
@@ -185,8 +185,9 @@ def _imu_gaps(config: ExportConfig) -> dict[str, object]:
     row += [f"        (void){name};" for name in PARTS if name not in parts]
     healthy = "health" in config.answers
     row.append("        health[i] = now.health;" if healthy else "        (void)health;")
+    words = {name: WORDS[name].format(axes=axes) for name in parts}
     answers = [
-        f"\n  /** {WORDS[name]} */\n  get {name}() {{\n    return this.#numbers({7 + 3 * i}, 3);\n  }}\n"
+        f"\n  /** {words[name]} */\n  get {name}() {{\n    return this.#numbers({7 + 3 * i}, 3);\n  }}\n"
         for i, name in enumerate(parts)
     ]
     rows = [
@@ -204,6 +205,22 @@ def _imu_gaps(config: ExportConfig) -> dict[str, object]:
         "answers": "".join(answers),
         "field": sensor.field_unit(config),
         "frame": sensor.frame(config),
+        "earth": frame.axes_words(config.frame),
+        "yaw": frame.YAW[config.frame],
+        **_temperature(config),
+    }
+
+
+def _temperature(config: ExportConfig) -> dict[str, str]:
+    """The gaps of the call that takes a temperature; empty without curves."""
+    if not config.curves:
+        return {"temperature": "", "temperature_js": "", "temperature_types": ""}
+    words = "  /** The sensor's temperature, °C: its biases are those at it from here on. */\n"
+    call = f"{config.name}_update_temperature(&filter, celsius);"
+    return {
+        "temperature": f"LH_EXPORT(temperature) void module_temperature({config.real} celsius)\n{{\n    {call}\n}}\n\n",
+        "temperature_js": f"\n{words}  updateTemperature(celsius) {{\n    this.#wasm.temperature(celsius);\n  }}\n",
+        "temperature_types": f"{words}  updateTemperature(celsius: number): void;\n",
     }
 
 
@@ -224,12 +241,15 @@ def _types(api: CApi) -> dict[str, str]:
             "rows": "".join(f" {name}: Numbers;" for name in fields),
             "report": "".join(f" {name}: number;" for name in fields),
         }
+    axes = frame.axes_list(config.frame)
     answers = [name for name in ("bias", "sigma", "health") if name in config.answers]
     kinds = {"bias": "Numbers", "sigma": "Numbers", "health": "number"}
     rows = {"bias": "Numbers", "sigma": "Numbers", "health": "Int32Array"}
     return found | {
         "rows": "".join(f" {name}: {rows[name]};" for name in answers),
-        "answers": "".join(f"  /** {WORDS[name]} */\n  get {name}(): {kinds[name]};\n" for name in answers),
+        "answers": "".join(
+            f"  /** {WORDS[name].format(axes=axes)} */\n  get {name}(): {kinds[name]};\n" for name in answers
+        ),
     }
 
 
@@ -244,7 +264,12 @@ def _selftest(config: ExportConfig) -> dict[str, object]:
     exact = "Object.is(a, b)"
     same = exact if config.real == "double" else f"{exact} || Math.abs(a - b) <= {BOUND} * (1 + Math.abs(b))"
     promise = "the same to the bit as" if config.real == "double" else f"within {BOUND:g} (1 + its size) of"
-    gaps = {"same": same, "promise": promise.removesuffix(" as").removesuffix(" of")}
+    warm = f"for (const one of [live, batch, again]) one.updateTemperature({config.test_temperature!r});\n"
+    gaps = {
+        "warm": warm if config.curves else "",
+        "same": same,
+        "promise": promise.removesuffix(" as").removesuffix(" of"),
+    }
     if config.axis:
         lines = [
             f"  [{_list((row.level, row.rate, row.dt, PERIOD))}, {str(row.taken).lower()}, {_list(row.report)}],"

@@ -10,6 +10,7 @@ import numpy as np
 from levelhead.errors import LevelheadError
 from levelhead.inspection.findings import Finding, Report, sort_findings
 from levelhead.inspection.physics import examine_field, examine_gravity, examine_rest
+from levelhead.inspection.place import examine_place
 from levelhead.inspection.reading import from_reader
 from levelhead.inspection.spikes import examine_spikes
 from levelhead.inspection.timing import examine_clock
@@ -27,6 +28,7 @@ BRIEF = 10  # segments by which ``levelhead fuse`` judges turns
 FAULTS: tuple[Check, ...] = (
     examine_turns,
     examine_gravity,
+    examine_place,
     examine_field,
     examine_rest,
     examine_clock,

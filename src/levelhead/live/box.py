@@ -37,9 +37,10 @@ from levelhead.sources.formats.blackbox import (
 EVERY = 0.25  # s between two writes: what a kill may lose; each one leaves the node's next tick a cold cache
 SYNC = 1.0  # s between two requests to the disk, for when the power goes
 WAITING = 500_000  # rows that may wait for the disk
+LINEAR, EARTH = "/imu/linear_acceleration", "/imu/earth_acceleration"
 VIEWED = {
     "/imu/data": ros.IMU, "/imu/mag": ros.FIELD, ATTITUDES: ros.ATTITUDE, "/tf": ros.TRANSFORMS,
-    "/diagnostics": ros.DIAGNOSTICS,
+    "/diagnostics": ros.DIAGNOSTICS, LINEAR: ros.ACCELERATION, EARTH: ros.ACCELERATION,
 }  # fmt: skip
 EVENT_SCHEMA = {"type": "object", "properties": {"name": {"type": "string"}, "text": {"type": "string"}}}
 LEVEL_UNKNOWN = (math.nan,) * 10
@@ -155,14 +156,17 @@ class BlackBox:
         """A row as messages that other viewers decode; readings that are missing are in none."""
         if math.isfinite(sum(sample.gyr) + sum(sample.acc)):
             quat, sigma = (None, None) if said is None else (said.quat, said.sigma)
-            known = None if sigma is None or not math.isfinite(sum(sigma)) else sigma
-            self._add(stamp, "/imu/data", ros.pack_imu(stamp, sample.gyr, sample.acc, quat, known))
+            self._add(stamp, "/imu/data", ros.pack_imu(stamp, sample.gyr, sample.acc, quat, sigma))
         if sample.mag is not None:
             self._add(stamp, "/imu/mag", ros.pack_field(stamp, sample.mag))
         if sample.attitude is not None:
             self._add(stamp, ATTITUDES, ros.pack_attitude(stamp, sample.attitude))
         if said is not None:
             self._add(stamp, "/tf", ros.pack_transform(stamp, said.quat))
+            found = said.accelerations
+            if math.isfinite(sum(found.body)):
+                self._add(stamp, LINEAR, ros.pack_acceleration(stamp, found.body, found.sigma_body))
+                self._add(stamp, EARTH, ros.pack_acceleration(stamp, found.earth, found.sigma_earth, ros.WORLD))
 
     def _add(self, stamp: int, topic: str, data: bytes) -> None:
         self._writer.add_message(self._channels[topic], stamp, data, stamp)

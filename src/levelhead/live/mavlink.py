@@ -182,7 +182,7 @@ def to_ned(quat: tuple[float, float, float, float]) -> Quat:
 
 
 class MavlinkPublisher(NodeOutput):
-    """Sends ATTITUDE and ATTITUDE_QUATERNION for each valid orientation, until it is closed.
+    """Sends ATTITUDE and ATTITUDE_QUATERNION with their rates for each valid orientation, until it is closed.
 
     Args:
         subscribe: gives the Subscription of a topic.
@@ -200,9 +200,11 @@ class MavlinkPublisher(NodeOutput):
             return
         quat = to_ned(message.quat)
         roll, pitch, yaw = to_euler(quat)
+        p, q, r = message.rate
+        rates = (p, 0.0 - q, 0.0 - r) if math.isfinite(p + q + r) else (0.0, 0.0, 0.0)  # forward, right, down
         time_ms = round(1e3 * message.t) % 2**32
         for number, values in ((ATTITUDE, (roll, pitch, yaw)), (ATTITUDE_QUATERNION, tuple(quat))):
-            data = pack_mavlink(number, self._seq, time_ms, *values, 0.0, 0.0, 0.0)
+            data = pack_mavlink(number, self._seq, time_ms, *values, *rates)
             self._seq += 1
             try:
                 self._socket.sendto(data, self._address)

@@ -9,9 +9,12 @@ import math
 import struct
 from typing import NamedTuple
 
+import numpy as np
+
 from levelhead.errors import LevelheadError
 from levelhead.filters.health import NAMES as BITS
 from levelhead.kernels.quat import Euler, Quat, to_euler
+from levelhead.motion import acceleration_in_body, acceleration_in_earth
 from levelhead.open_types import JsonObject
 
 ORIENTATION, RAW, HEALTH, CONFIG = "imu/orientation", "imu/raw", "imu/health", "imu/config"
@@ -19,9 +22,9 @@ TOPICS = (ORIENTATION, RAW, HEALTH, CONFIG)
 SET = "imu/set"  # the other way, a query with {"beta": 0.1}: asks the node for other parameters
 CLOCK = "imu/clock"  # a query: the node's id and its clock; with it a reader reports the messages that it missed
 ALIVE = "imu/alive"  # imu/alive/ID: the liveliness token of a node
-VERSION = 1
+VERSION = 2
 HEADER = struct.Struct("<2sBBIQdq")  # "LH", version, kind, node, seq, t, stamp
-BODY_ORIENTATION = struct.Struct("<4d3d3dIB")
+BODY_ORIENTATION = struct.Struct("<4d3d3dIB12d")
 BODY_RAW = struct.Struct("<3d3d3dd")
 NOTHING = (math.nan, math.nan, math.nan)
 Triple = tuple[float, float, float]
@@ -29,6 +32,15 @@ Triple = tuple[float, float, float]
 
 class OtherVersion(LevelheadError):
     """A message of a node with another layout of messages."""
+
+
+class Accelerations(NamedTuple):
+    """Acceleration without gravity in m/s² and its 1σ, along the axes of the body and those of the earth."""
+
+    body: Triple
+    sigma_body: Triple
+    earth: Triple
+    sigma_earth: Triple
 
 
 class Orientation(NamedTuple):
@@ -44,6 +56,10 @@ class Orientation(NamedTuple):
         bias: gyroscope bias, rad/s, that of the calibration at the start included.
         health: bits of ``levelhead.filters.health``.
         valid: False: the last orientation before the node fell silent; do not steer by it.
+        rate: rad/s of the body, without bias and the scale errors that the filter has found.
+        sigma_rate: its 1σ; NaN until the sensor has rested.
+        force: specific force of the body, m/s², without the errors that the filter has found; NaN where none was read.
+        sigma_force: its 1σ, likewise.
     """
 
     node: int
@@ -55,6 +71,21 @@ class Orientation(NamedTuple):
     bias: Triple
     health: int
     valid: bool = True
+    rate: Triple = NOTHING
+    sigma_rate: Triple = NOTHING
+    force: Triple = NOTHING
+    sigma_force: Triple = NOTHING
+
+    @property
+    def accelerations(self) -> Accelerations:
+        """Accelerations without gravity, as ``Track.linear_acceleration`` and ``Track.earth_acceleration``."""
+        given = (np.array([self.quat]), np.array([self.force]), np.array([self.sigma]), np.array(self.sigma_force))
+        found = []
+        for series in (acceleration_in_body(*given), acceleration_in_earth(*given)):
+            assert series.sigma is not None
+            found += [series.value[0].tolist(), series.sigma[0].tolist()]
+        body, sigma_body, earth, sigma_earth = (tuple(values) for values in found)
+        return Accelerations(body, sigma_body, earth, sigma_earth)
 
     @property
     def euler(self) -> Euler:
@@ -115,8 +146,10 @@ def pack_message(message: Message) -> bytes:
     kind = (Orientation, Raw, Health).index(type(message))
     head = HEADER.pack(b"LH", VERSION, kind, message.node, message.seq, message.t, message.stamp)
     if isinstance(message, Orientation):
-        body = BODY_ORIENTATION.pack(*message.quat, *message.sigma, *message.bias, message.health, message.valid)
-        return head + body
+        return head + BODY_ORIENTATION.pack(
+            *message.quat, *message.sigma, *message.bias, message.health, message.valid,
+            *message.rate, *message.sigma_rate, *message.force, *message.sigma_force,
+        )  # fmt: skip
     if isinstance(message, Raw):
         pressure = math.nan if message.pressure is None else message.pressure
         return head + BODY_RAW.pack(*message.gyr, *message.acc, *(message.mag or NOTHING), pressure)
@@ -145,7 +178,8 @@ def unpack(data: bytes) -> Message:
 def _body(kind: int, body: bytes, node: int, seq: int, t: float, stamp: int) -> Message:
     if kind == 0:
         n = BODY_ORIENTATION.unpack(body)
-        return Orientation(node, seq, t, stamp, n[0:4], n[4:7], n[7:10], n[10], bool(n[11]))
+        motion = (n[12:15], n[15:18], n[18:21], n[21:24])
+        return Orientation(node, seq, t, stamp, n[0:4], n[4:7], n[7:10], n[10], bool(n[11]), *motion)
     if kind == 1:
         n = BODY_RAW.unpack(body)
         mag = None if n[6] != n[6] else n[6:9]

@@ -25,6 +25,7 @@ from levelhead.live.realtime import realtime_scheduling
 from levelhead.live.recorder import Recorder
 from levelhead.live.safe_state import SafeState
 from levelhead.live.sample_path import SamplePath
+from levelhead.live.sensor_motion import SensorMotion
 from levelhead.live.static_calibration import SAMPLES, StaticCalibration
 from levelhead.open_types import JsonObject
 from levelhead.sample import Sample
@@ -34,6 +35,7 @@ from levelhead.version import VERSION
 
 BUDGET = 200e-6  # s for fusing, publishing and logging in one tick
 CHECK_INTERVAL = 0.25  # s between two checks of bus and black box
+REFRESH = 1.0  # s between two looks at what the filter has learned of its sensor, which takes 0.3 ms
 GIVE_UP = 10.0  # s without a sample
 NO_PARAMETERS = ("heading", "record")  # that ``set`` takes as well
 SOURCE_FAULTS = ("bus_error", "bus_stuck", "implausible", "unplugged", "wrong_chip")  # over when samples come
@@ -97,6 +99,7 @@ class Node:
         self._stream = Stream(
             chosen, guard=self.guard, prior=known if learns else None, calibration=None if learns else known
         )
+        self._motion = SensorMotion(self._stream, known)
         self.bus: Any = LocalBus() if bus is None else bus
         self.id = int.from_bytes(os.urandom(4), "little")
         for topic in TOPICS:
@@ -115,6 +118,7 @@ class Node:
             self.bus,
             self.recorder,
             self.journal,
+            self._motion,
             self.safe_state,
             self._apply,
             StanceDetector() if foot else None,
@@ -123,6 +127,7 @@ class Node:
         self.reading, self.work, self.whole = LatencyHistogram(), LatencyHistogram(), LatencyHistogram()
         self._changes: deque[dict[str, float]] = deque()
         self._lacking = ""  # what the system does not allow
+        self._refreshed = 0.0  # host time of the last look at what the filter has learned
         self._checked = 0.0  # host time of the last check of bus and black box
         self._began = self._closed = False
 
@@ -250,6 +255,9 @@ class Node:
             self.journal.note(
                 "over_budget", f"a tick took {1e6 * (end - read):.0f} µs, its budget is {1e6 * self._budget:.0f}"
             )
+        if end - self._refreshed >= REFRESH:  # behind the tick, in the time that is left of its period
+            self._refreshed = end
+            self._motion.refresh()
 
     def _apply_changes(self) -> None:
         """Parameters that other threads and processes asked for."""

@@ -18,7 +18,10 @@ from levelhead.sources.formats import ros_messages as ros
 
 ATTACHMENT = struct.Struct("<qqB16s")  # number from 1, ns since 1970, length of the id, id of the publisher
 QOS = "::,10:,:,:,,"  # reliable and volatile as by default, the last ten
-KINDS = {"imu/data": ros.IMU, "imu/mag": ros.FIELD}
+KINDS = {
+    "imu/data": ros.IMU, "imu/mag": ros.FIELD, "imu/linear_acceleration": ros.ACCELERATION,
+    "imu/earth_acceleration": ros.ACCELERATION,
+}  # fmt: skip
 
 
 def dds_name(kind: str) -> str:
@@ -28,7 +31,7 @@ def dds_name(kind: str) -> str:
 
 
 class RmwZenohPublisher(NodeOutput):
-    """Publishes ``imu/data`` and ``imu/mag`` until it is closed.
+    """Publishes ``imu/data``, ``imu/mag`` and the two accelerations without gravity until it is closed.
 
     Args:
         subscribe: gives the Subscription of a topic.
@@ -45,7 +48,6 @@ class RmwZenohPublisher(NodeOutput):
     ) -> None:
         self._session = open_session(configuration(endpoint, False))
         self._frame = frame
-        self._raw: Raw | None = None
         session = str(self._session.zid())
         start = f"@ros2_lv/{domain}/{session}/0"
         declare = self._session.liveliness().declare_token
@@ -62,14 +64,21 @@ class RmwZenohPublisher(NodeOutput):
 
     def _send(self, message: Message) -> None:
         if isinstance(message, Raw):
-            self._raw = message
             if message.mag is not None:
                 self._put("imu/mag", ros.pack_field(message.stamp, message.mag, self._frame))
-        elif isinstance(message, Orientation) and self._raw is not None:
-            gyr = [rate - bias for rate, bias in zip(self._raw.gyr, message.bias, strict=True)]
-            quat = message.quat if message.valid else None
-            data = ros.pack_imu(message.stamp, gyr, self._raw.acc, quat, message.sigma, self._frame)
+        elif isinstance(message, Orientation):
+            stamp, quat = message.stamp, message.quat if message.valid else None
+            data = ros.pack_imu(
+                stamp, message.rate, message.force, quat, message.sigma, self._frame, message.sigma_rate,
+                message.sigma_force,
+            )  # fmt: skip
             self._put("imu/data", data)
+            if message.valid:
+                found = message.accelerations
+                body = ros.pack_acceleration(stamp, found.body, found.sigma_body, self._frame)
+                self._put("imu/linear_acceleration", body)
+                earth = ros.pack_acceleration(stamp, found.earth, found.sigma_earth, ros.WORLD)
+                self._put("imu/earth_acceleration", earth)
 
     def _put(self, topic: str, data: bytes) -> None:
         self._counts[topic] += 1

@@ -1,7 +1,9 @@
 """A node on ROS 2 without ROS: publishes and reads its topics over Cyclone DDS, as ``rmw_cyclonedds`` does.
 
-Published are ``imu/data`` (sensor_msgs/Imu), ``imu/mag``, ``/diagnostics`` and, with a parent frame, ``/tf``. Frames
-are those of REP 103 and 145: the body's x is forward, y left, z up; the earth's x is east, y north, z up. Only this
+Published are ``imu/data`` (sensor_msgs/Imu), ``imu/mag``, ``/diagnostics``, acceleration without gravity as
+``imu/linear_acceleration`` in the sensor's frame and ``imu/earth_acceleration`` in the earth's
+(geometry_msgs/AccelWithCovarianceStamped) and, with a parent frame, ``/tf``. Frames are those of REP 103 and 145: the
+body's x is forward, y left, z up; the earth's x is east, y north, z up. Only this
 machine is reached, unless CYCLONEDDS_URI holds a configuration of the user's own.
 """
 
@@ -15,8 +17,20 @@ from levelhead.live.messages import HEALTH, ORIENTATION, RAW, Health, Message, O
 from levelhead.live.output import HISTORY, NodeOutput
 from levelhead.live.subscription import Subscription
 from levelhead.open_types import Untyped
-from levelhead.sample import Sample
-from levelhead.sources.formats.ros_messages import ABSENT, ERROR, FRAME, NANO, OK, TESLA, UNKNOWN, WARN, variances
+from levelhead.sample import Sample, Triple
+from levelhead.sources.formats.ros_messages import (
+    ABSENT,
+    ERROR,
+    FRAME,
+    NANO,
+    OK,
+    TESLA,
+    UNKNOWN,
+    WARN,
+    WORLD,
+    acceleration_covariance,
+    variances,
+)
 
 LAST_DOMAIN = 232  # the port numbers of DDS end there
 DEPTH = 10  # messages that DDS keeps, as ROS does
@@ -85,6 +99,7 @@ class Ros2Publisher(NodeOutput):
         self._types: Untyped = types
         self._frame, self._parent = frame, parent
         kinds = {"imu/data": types.Imu, "imu/mag": types.MagneticField, "diagnostics": types.DiagnosticArray}
+        kinds |= dict.fromkeys(("imu/linear_acceleration", "imu/earth_acceleration"), types.AccelWithCovarianceStamped)
         if parent:
             kinds["tf"] = types.TFMessage
         qos = ros_qos()
@@ -92,12 +107,10 @@ class Ros2Publisher(NodeOutput):
             name: DataWriter(participant, Topic(participant, f"rt/{name}", kind, qos=qos), qos=qos)
             for name, kind in kinds.items()
         }
-        self._raw: Raw | None = None
         self._begin(subscribe, (RAW, ORIENTATION, HEALTH))
 
     def _send(self, message: Message) -> None:
         if isinstance(message, Raw):
-            self._raw = message
             if message.mag is not None:
                 field = self._vector([TESLA * one for one in message.mag])
                 self._write("imu/mag", self._types.MagneticField(self._header(message), field, list(UNKNOWN)))
@@ -107,22 +120,31 @@ class Ros2Publisher(NodeOutput):
             self._send_event(message)
 
     def _send_orientation(self, message: Orientation) -> None:
-        """The orientation with the rates less their bias and the force of the newest sample."""
-        if self._raw is None:
-            return
-        types, raw = self._types, self._raw
+        """The orientation with rate and specific force of its sample, and the accelerations without gravity."""
+        types = self._types
         w, x, y, z = message.quat
         turn = types.Quaternion(x, y, z, w)
         covariance = variances(message.sigma) if message.valid else ABSENT
-        gyr = [rate - bias for rate, bias in zip(raw.gyr, message.bias, strict=True)]
         header = self._header(message)
         self._write("imu/data", types.Imu(
-            header, turn, list(covariance), self._vector(gyr), list(UNKNOWN), self._vector(raw.acc), list(UNKNOWN),
+            header, turn, list(covariance), self._vector(message.rate), list(variances(message.sigma_rate)),
+            self._vector(message.force), list(variances(message.sigma_force)),
         ))  # fmt: skip
+        if message.valid:
+            found = message.accelerations
+            earth = types.Header(header.stamp, self._parent or WORLD)
+            self._write_acceleration("imu/linear_acceleration", header, found.body, found.sigma_body)
+            self._write_acceleration("imu/earth_acceleration", earth, found.earth, found.sigma_earth)
         if self._parent and message.valid:
             parent = types.Header(header.stamp, self._parent)
             place = types.Transform(self._vector([0.0, 0.0, 0.0]), turn)
             self._write("tf", types.TFMessage([types.TransformStamped(parent, self._frame, place)]))
+
+    def _write_acceleration(self, name: str, header: object, value: Triple, sigma: Triple) -> None:
+        types, covariance = self._types, list(acceleration_covariance(sigma))
+        accel = types.Accel(self._vector(value), self._vector([0.0, 0.0, 0.0]))
+        message = types.AccelWithCovarianceStamped(header, types.AccelWithCovariance(accel, covariance))
+        self._write(name, message)
 
     def _send_event(self, message: Health) -> None:
         types = self._types

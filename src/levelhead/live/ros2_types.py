@@ -75,6 +75,33 @@ class MagneticField(IdlStruct, typename="sensor_msgs::msg::dds_::MagneticField_"
 
 @final
 @dataclass
+class Accel(IdlStruct, typename="geometry_msgs::msg::dds_::Accel_"):
+    """Acceleration in m/s² and rad/s²."""
+
+    linear: Vector3
+    angular: Vector3
+
+
+@final
+@dataclass
+class AccelWithCovariance(IdlStruct, typename="geometry_msgs::msg::dds_::AccelWithCovariance_"):
+    """An acceleration and its covariance, row by row."""
+
+    accel: Accel
+    covariance: array[float64, 36]
+
+
+@final
+@dataclass
+class AccelWithCovarianceStamped(IdlStruct, typename="geometry_msgs::msg::dds_::AccelWithCovarianceStamped_"):
+    """The same with its time and frame."""
+
+    header: Header
+    accel: AccelWithCovariance
+
+
+@final
+@dataclass
 class KeyValue(IdlStruct, typename="diagnostic_msgs::msg::dds_::KeyValue_"):
     """A value with its name."""
 

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from levelhead import filters
 from levelhead.engine.stream import Stream
 from levelhead.errors import LevelheadError
+from levelhead.filters.health import AT_REST
 from levelhead.gaits.live import StanceDetector
 from levelhead.gaits.stance import LONGEST_SWING
 from levelhead.live.bus import MessageBus
@@ -15,6 +16,7 @@ from levelhead.live.health_monitor import HealthMonitor
 from levelhead.live.messages import ORIENTATION, RAW, Orientation, Raw
 from levelhead.live.recorder import Recorder
 from levelhead.live.safe_state import SafeState
+from levelhead.live.sensor_motion import SensorMotion
 from levelhead.live.static_calibration import SIGMA, StaticCalibration
 from levelhead.open_types import JsonObject
 from levelhead.sample import Sample, Triple
@@ -32,6 +34,7 @@ class SamplePath:
         bus: where raw samples and orientations are published.
         recorder: holds the black box, if there is one.
         journal: takes the events.
+        motion: rate and specific force without the known errors of the sensor.
         safe_state: left when an orientation is published, entered when the filter fails.
         set_params: changes the filter's parameters.
         detector: of stances, where the sensor is on a foot.
@@ -46,11 +49,12 @@ class SamplePath:
 
     def __init__(
         self, node: int, stream: Stream, calibration: StaticCalibration | None, bus: MessageBus, recorder: Recorder,
-        journal: Journal, safe_state: SafeState, set_params: Callable[[JsonObject], None],
+        journal: Journal, motion: SensorMotion, safe_state: SafeState, set_params: Callable[[JsonObject], None],
         detector: StanceDetector | None = None,
     ) -> None:  # fmt: skip
         self._node, self._stream, self._bus, self._recorder, self._journal = node, stream, bus, recorder, journal
         self.calibration, self._safe_state, self._set_params = calibration, safe_state, set_params
+        self._motion = motion
         self.monitor = HealthMonitor(journal)
         self._detector = detector
         self.samples = 0
@@ -117,12 +121,14 @@ class SamplePath:
 
     def _fuse(self, sample: Sample, seq: int, stamp: int) -> Orientation | None:
         (x, y, z), (a, b, c) = sample.gyr, self.bias
+        rate = x - a, y - b, z - c
         if sample.temperature is not None and sample.temperature != self._temperature:
             self._stream.update_temperature(sample.temperature)
+            self._motion.set_temperature(sample.temperature)
             self._temperature = sample.temperature
         dt = 1.0 if self._fused_time is None else sample.t - self._fused_time  # any dt will do before the first sample
         try:
-            w, i, j, k = self._stream.update((x - a, y - b, z - c), sample.acc, sample.mag, dt)
+            w, i, j, k = self._stream.update(rate, sample.acc, sample.mag, dt)
         except LevelheadError as error:
             self._journal.note("refused", str(error))
             return None
@@ -138,7 +144,8 @@ class SamplePath:
             return None
         _, _, _, _, x, y, z, east, north, up, health = self._stream.numbers
         bias, sigma = (x + a, y + b, z + c), (east, north, up)
-        return Orientation(self._node, seq, sample.t, stamp, (w, i, j, k), sigma, bias, int(health))
+        motion = self._motion.measure(rate, sample.acc, (x, y, z), bool(int(health) & AT_REST))
+        return Orientation(self._node, seq, sample.t, stamp, (w, i, j, k), sigma, bias, int(health), True, *motion)
 
     def _find_stance(self, detector: StanceDetector, sample: Sample, gyr: Triple, dt: float) -> None:
         """Tells the filter of a foot that stands, and the journal of each stance with the position there."""

@@ -25,6 +25,7 @@ _TIME = _object(sec={"type": "integer"}, nsec={"type": "integer"})
 _VECTOR = _object(x=_NUMBER, y=_NUMBER, z=_NUMBER)
 _QUATERNION = _object(x=_NUMBER, y=_NUMBER, z=_NUMBER, w=_NUMBER)
 _ANGLES = _object(roll=_NUMBER, pitch=_NUMBER, yaw=_NUMBER)
+_MOTION = dict.fromkeys(("rate", "specific_force", "linear_acceleration", "earth_acceleration"), _VECTOR)
 SCHEMAS: JsonObject = {  # topic: (name of its schema, JSON schema)
     "/tf": ("foxglove.FrameTransform", _object(
         timestamp=_TIME, parent_frame_id=_TEXT, child_frame_id=_TEXT, translation=_VECTOR, rotation=_QUATERNION)),
@@ -34,6 +35,8 @@ SCHEMAS: JsonObject = {  # topic: (name of its schema, JSON schema)
         timestamp=_TIME, seq={"type": "integer"}, valid={"type": "boolean"}, angles=_ANGLES,
         sigma=_object(tilt=_NUMBER, heading=_NUMBER), bias=_VECTOR, health={"type": "integer"},
         words={"type": "array", "items": _TEXT})),
+    "/imu/motion": ("levelhead.Motion", _object(
+        timestamp=_TIME, seq={"type": "integer"}, **_MOTION, sigma=_object(**_MOTION))),
     "/imu/raw": ("levelhead.Imu", _object(
         timestamp=_TIME, seq={"type": "integer"}, gyr=_VECTOR, acc=_VECTOR, mag=_VECTOR, pressure=_NUMBER)),
     "/imu/log": ("foxglove.Log", _object(
@@ -79,6 +82,11 @@ def _orientation(message: Orientation, time: JsonObject) -> Iterator[tuple[str, 
         }  # fmt: skip
         pose = {"position": none, "orientation": rotation}
         yield "/imu/pose", {"timestamp": time, "frame_id": WORLD, "pose": pose}
+        found = message.accelerations
+        values = message.rate, message.force, found.body, found.earth
+        sigmas = message.sigma_rate, message.sigma_force, found.sigma_body, found.sigma_earth
+        motion, sigma = (dict(zip(_MOTION, map(_xyz, three), strict=True)) for three in (values, sigmas))
+        yield "/imu/motion", {"timestamp": time, "seq": message.seq, **motion, "sigma": sigma}
 
 
 def _xyz(values: tuple[float, ...] | list[float]) -> JsonObject:

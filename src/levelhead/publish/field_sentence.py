@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from levelhead.earth_field import EarthField
+from levelhead.magnetic_model import EarthField
 from levelhead.recording import Recording
 from levelhead.track import Track
 

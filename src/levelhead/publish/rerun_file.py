@@ -1,18 +1,26 @@
 """A recording and its orientation as a file of the viewer rerun (.rrd)."""
 
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
 
 from levelhead.atomic import atomic_path
 from levelhead.errors import LevelheadError
+from levelhead.motion import VectorSeries
 from levelhead.open_types import Untyped
 from levelhead.recording import Array, Recording
 from levelhead.track import Track
 
+NOTHING_MORE: Mapping[str, VectorSeries] = {}
 
-def write_rerun(recording: Recording, track: Track | None, path: Path) -> None:
+
+def write_rerun(
+    recording: Recording, track: Track | None, path: Path, motion: Mapping[str, VectorSeries] = NOTHING_MORE
+) -> None:
     """Curves of the readings in rad/s, m/s² and µT, and of the orientation in ° with the body that it turns.
+
+    ``motion``: further curves by name, as ``motion_series`` gives them, with their σ.
 
     Raises:
         LevelheadError: rerun is not installed, or the file cannot be written.
@@ -34,6 +42,10 @@ def write_rerun(recording: Recording, track: Track | None, path: Path) -> None:
             turns = rerun.Transform3D.columns(quaternion=track.quat[:, [1, 2, 3, 0]])
             stream.log("body", rerun.Boxes3D(half_sizes=[0.45, 0.3, 0.075]), static=True)
             stream.send_columns("body", indexes=[time], columns=turns)
+        for name, series in motion.items():
+            _add(rerun, stream, name, recording.t, series.value, "xyz")
+            if series.sigma is not None:
+                _add(rerun, stream, f"sigma_{name}", recording.t, series.sigma, "xyz")
         stream.flush()
         stream.disconnect()
 

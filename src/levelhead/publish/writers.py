@@ -1,6 +1,6 @@
-"""A Track as a file: CSV for people and spreadsheets, Parquet for the rest. Whole or not at all.
+"""A Track as a file: CSV for people and spreadsheets, Parquet and .npz for the rest. Whole or not at all.
 
-Both hold the same columns, each with its unit in its name:
+All hold the same columns, each with its unit in its name:
 
     t [s]
     qw, qx, qy, qz                          sensor to earth (x east, y north, z up); north is magnetic, or true after
@@ -15,7 +15,7 @@ Both hold the same columns, each with its unit in its name:
 
 In CSV, t and the quaternion come back to the last bit; angles have 6 decimals, bias and σ at least 9 significant digits
 (all of them where pyarrow writes the file, which it does for large ones). Parquet holds every column as float64, health
-as uint32, to the last bit.
+as uint32, to the last bit, and so does .npz.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -27,13 +27,14 @@ import numpy as np
 
 from levelhead.earth_frame import find_frame
 from levelhead.errors import LevelheadError, nearest, require
+from levelhead.motion import VectorSeries
 from levelhead.open_types import JsonObject, Untyped
 from levelhead.recording import Array
 from levelhead.track import POSE, Track
 
 MIN_ARROW_ROWS = 200_000  # rows from which pyarrow, if it is there, writes CSV faster than it takes to import it
 CHUNK = 50_000  # rows in memory as text or table at a time
-SUFFIXES = (".csv", ".parquet")
+SUFFIXES = (".csv", ".parquet", ".npz")
 AXES = ("x", "y", "z")
 NOTHING_MORE: Mapping[str, Array] = {}
 
@@ -44,7 +45,7 @@ def write_track(
     progress: Callable[[float], None] | None = None,
     more: Mapping[str, Array] | None = None,
 ) -> None:
-    """Write the track as CSV or Parquet, by the suffix of ``path``; the file appears whole or not at all.
+    """Write the track as CSV, Parquet or NumPy's .npz, by the suffix of ``path``; it appears whole or not at all.
 
     ``progress`` is called with the fraction done; ``more`` has further columns (n,), such as ``motion_columns``.
 
@@ -57,7 +58,9 @@ def write_track(
     if path.suffix.lower() not in SUFFIXES:
         raise LevelheadError(f"'{path.name}' ends in '{path.suffix}'; {nearest(path.suffix or 'nothing', SUFFIXES)}")
     with atomic_path(path) as temporary:
-        if path.suffix.lower() == ".parquet":
+        if path.suffix.lower() == ".npz":
+            _write_npz(track, temporary, more)
+        elif path.suffix.lower() == ".parquet":
             _write_parquet([track], _schema(track, more), temporary, report, more)
         elif len(track) >= MIN_ARROW_ROWS and find_spec("pyarrow") is not None:
             _write_large_csv([track], _schema(track, more), temporary, report, more)
@@ -65,21 +68,31 @@ def write_track(
             _write_csv(track, temporary, report, more)
 
 
+def motion_series(track: Track) -> dict[str, VectorSeries]:
+    """Specific force, accelerations and rate of a track by name, each with its 1σ where it is known.
+
+    Raises:
+        LevelheadError: the track does not hold its readings.
+    """
+    return {
+        "specific_force": track.specific_force(),
+        "linear_acceleration": track.linear_acceleration(),
+        "earth_acceleration": track.earth_acceleration(),
+        "rate": track.angular_rate(),
+    }
+
+
 def motion_columns(track: Track) -> dict[str, Array]:
-    """Specific force, accelerations and rate of a track as columns of a file, each with its 1σ where it is known.
+    """``motion_series`` as columns of a file, each with its unit.
 
     Raises:
         LevelheadError: the track does not hold its readings.
     """
     directions = find_frame(track.frame).axes
-    groups = (
-        ("specific_force", "m/s²", "xyz", track.specific_force()),
-        ("linear_acceleration", "m/s²", "xyz", track.linear_acceleration()),
-        ("earth_acceleration", "m/s²", directions, track.earth_acceleration()),
-        ("rate", "rad/s", "xyz", track.angular_rate()),
-    )
     columns: dict[str, Array] = {}
-    for name, unit, axes, series in groups:
+    for name, series in motion_series(track).items():
+        axes = directions if name == "earth_acceleration" else AXES
+        unit = "rad/s" if name == "rate" else "m/s²"
         for prefix, values in (("", series.value), ("sigma_", series.sigma)):
             if values is not None:
                 columns |= {f"{prefix}{name}_{axis} [{unit}]": values[:, i] for i, axis in enumerate(axes)}
@@ -97,8 +110,10 @@ def write_tracks(tracks: Iterable[Track], path: str | Path) -> None:
     from levelhead.atomic import atomic_path
 
     path = Path(path)
-    if path.suffix.lower() not in SUFFIXES:
-        raise LevelheadError(f"'{path.name}' ends in '{path.suffix}'; {nearest(path.suffix or 'nothing', SUFFIXES)}")
+    if path.suffix.lower() not in SUFFIXES[:2]:
+        raise LevelheadError(
+            f"'{path.name}' ends in '{path.suffix}'; {nearest(path.suffix or 'nothing', SUFFIXES[:2])}"
+        )
     require("pyarrow", "writing a long track", "formats")
     every = iter(tracks)
     first = next(every, None)
@@ -212,9 +227,23 @@ def _write_parquet(
             writer.write_table(_arrow(columns, schema))
 
 
+def _write_npz(track: Track, path: Path, more: Mapping[str, Array]) -> None:
+    """Arrays by the names of the columns, and the facts that Parquet has in its metadata."""
+    facts = {name: np.array(text) for name, text in _facts(track).items()}
+    with path.open("wb") as file:
+        np.savez_compressed(file, allow_pickle=False, **_columns(track, slice(None), more), **facts)
+
+
 def _schema(track: Track, more: Mapping[str, Array] = NOTHING_MORE) -> Untyped:
     import pyarrow as pa
 
+    types = {"health": pa.uint32()}
+    names = _columns(track, slice(0, 1), more)
+    return pa.schema([(name, types.get(name, pa.float64())) for name in names], metadata=_facts(track))
+
+
+def _facts(track: Track) -> dict[str, str]:
+    """The filter, the orientation in words, its frame, and how the sensor is mounted."""
     north = "magnetic" if track.declination is None else "true"
     mounted = "sensor" if track.axes is None else "body"
     if track.frame == POSE:
@@ -223,10 +252,7 @@ def _schema(track: Track, more: Mapping[str, Array] = NOTHING_MORE) -> Untyped:
         x, y, z = (axis.replace("north", f"{north} north") for axis in find_frame(track.frame).axes)
         orientation = f"quaternion wxyz, {mounted} to earth; earth x {x}, y {y}, z {z}"
     facts = {"filter": track.name, "orientation": orientation, "frame": track.frame}
-    facts |= {} if track.axes is None else {"axes": str(track.axes)}
-    types = {"health": pa.uint32()}
-    names = _columns(track, slice(0, 1), more)
-    return pa.schema([(name, types.get(name, pa.float64())) for name in names], metadata=facts)
+    return facts | ({} if track.axes is None else {"axes": str(track.axes)})
 
 
 def _arrow(columns: JsonObject, schema: Untyped) -> Untyped:

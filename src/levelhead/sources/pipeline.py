@@ -23,6 +23,7 @@ from levelhead.sources.hints import Hints, NeedsHints, check, check_options, mer
 from levelhead.sources.interpret import apply
 from levelhead.sources.interpret import interpret as interpret_table
 from levelhead.sources.interpretation import Interpretation
+from levelhead.sources.place import column_place
 from levelhead.sources.table import CachedTable, Table, add_conclusion, in_memory
 from levelhead.track import Track
 
@@ -120,6 +121,8 @@ def _open(file: Path, hints: Hints) -> Log:
     table, left = single_table(str(file), tables, left)
     cached = CachedTable(table)
     found = replace(interpret_table(cached, left), hints=hints)
+    if not any(one.about == "place" for one in found.conclusions) and (place := column_place(tables)) is not None:
+        found = replace(found, conclusions=(*found.conclusions, place))
     return Log(cached, found, len(tables) == 1 and table is tables[0])
 
 

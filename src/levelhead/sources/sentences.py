@@ -143,6 +143,7 @@ SENTENCES: Mapping[tuple[str, str], Template] = {
         "the node ran {value} with parameters of its own: meta['live'] holds them, `levelhead fuse` takes them, "
         "lh.fuse takes those that it is given"
     ),
+    ("place", "satellites"): "place {value} by {source}; --place auto turns heading to true north there",
     ("frame", "ulog"): "{topic}: body frame x forward, z down",
     ("columns", "by_numbers"): _columns_by_numbers,
     ("columns", "increments"): (

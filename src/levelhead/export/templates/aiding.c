@@ -16,8 +16,8 @@ static bool aid_vector($name *filter, int32_t row, const $real value[3], const $
             return false;
         }
     }
-    for (int32_t k = 0; k < 3; k++) {
-        aid(filter, row + k, value[k], sigma[k], age);
+${into}    for (int32_t k = 0; k < 3; k++) {
+        aid(filter, row + k, $enu[k], $deviation[k], age);
     }
     return true;
 }
@@ -51,5 +51,5 @@ ${name}_nav_state ${name}_position(const $name *filter)
 {
     ${name}_nav_state found;
     $place;
-    return found;
+${turned}    return found;
 }

@@ -1,5 +1,5 @@
 
-/* A measurement from outside, east, north and up, with its 1 sigma: position in m, velocity in m/s, a velocity of zero
+/* A measurement from outside, $axes, with its 1 sigma: position in m, velocity in m/s, a velocity of zero
  * (a foot on the ground, a wheel that stands), and height in m by a barometer, whose zero may drift. age: s from it to the last sample, below 0 where it came after. It acts at the end of
  * a block. False, and it is not taken, if a number is not finite or sigma is not greater than 0.
  */

@@ -28,12 +28,12 @@ class $class_name {
     return take(gx, gy, gz, ax, ay, az, mag);
   }
 
-  // The same for samples that do not come evenly: s since the last one.
+$temperature  // The same for samples that do not come evenly: s since the last one.
   void setInterval($real seconds) { interval = seconds; }
 
   $real getRoll() const { return ${name}_degrees(&filter).roll; }    // deg
   $real getPitch() const { return ${name}_degrees(&filter).pitch; }  // deg
-  $real getYaw() const { return ${name}_degrees(&filter).yaw; }      // deg, anticlockwise from east
+  $real getYaw() const { return ${name}_degrees(&filter).yaw; }      // deg, $yaw
 
  private:
   $real interval;  // s

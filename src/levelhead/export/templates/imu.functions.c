@@ -65,7 +65,7 @@ ${name}_euler ${name}_degrees(const $name *filter)
 
 $real ${name}_bearing(const $name *filter)
 {
-    const $real bearing = $quarter - ${name}_degrees(filter).yaw;
+    const $real yaw = ${name}_degrees(filter).yaw, bearing = $bearing_of;
     return bearing < $zero ? bearing + $turn : bearing;
 }
 
@@ -73,17 +73,18 @@ ${name}_vec3 ${name}_up(const $name *filter)
 {
     const ${name}_quat q = ${name}_quaternion(filter);
     ${name}_vec3 up;
-    up.x = $two * (q.x * q.z - q.w * q.y);
-    up.y = $two * (q.y * q.z + q.w * q.x);
-    up.z = $one - $two * (q.x * q.x + q.y * q.y);
+    up.x = $down$two * (q.x * q.z - q.w * q.y);
+    up.y = $down$two * (q.y * q.z + q.w * q.x);
+    up.z = $down($one - $two * (q.x * q.x + q.y * q.y));
     return up;
 }
 
-${name}_vec3 ${name}_linear_acceleration(const $name *filter, const $real acc[3])
+${name}_vec3 ${name}_linear_acceleration(const $name *filter, const $real acc_read[3])
 {
+    $force
     ${name}_vec3 free = ${name}_up(filter);
-    free.x = acc[0] - $gravity * free.x;
-    free.y = acc[1] - $gravity * free.y;
-    free.z = acc[2] - $gravity * free.z;
+    free.x = $force_x - $gravity * free.x;
+    free.y = $force_y - $gravity * free.y;
+    free.z = $force_z - $gravity * free.z;
     return free;
 }

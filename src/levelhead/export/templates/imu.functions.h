@@ -19,7 +19,7 @@ ${corrected}/* All that the filter says after the last sample. */
 ${name}_output ${name}_read(const $name *filter);
 
 $answers
-/* Roll, pitch and yaw in rad: intrinsic z-y-x angles; yaw is anticlockwise from east. */
+/* Roll, pitch and yaw in rad: intrinsic z-y-x angles; yaw is $yaw. */
 ${name}_euler ${name}_roll_pitch_yaw(const $name *filter);
 
 /* The same in degrees. */
@@ -32,6 +32,6 @@ $real ${name}_bearing(const $name *filter);
 /* Up, as a unit vector in the frame of the $frame; gravity points the other way. */
 ${name}_vec3 ${name}_up(const $name *filter);
 
-/* A specific force less gravity: the acceleration of the $frame in its own frame, m/s². */
+/* A specific force as an update takes it, less gravity: the acceleration of the $frame in its own frame, m/s². */
 ${name}_vec3 ${name}_linear_acceleration(const $name *filter, const $real acc[3]);
 $saving

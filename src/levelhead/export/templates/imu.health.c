@@ -1,4 +1,4 @@
 int32_t ${name}_health(const $name *filter)
 {
-    return $answer;
+$answer
 }

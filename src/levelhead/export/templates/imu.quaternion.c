@@ -1,4 +1,4 @@
 ${name}_quat ${name}_quaternion(const $name *filter)
 {
-    return $answer;
+$answer
 }

@@ -1,4 +1,4 @@
 ${name}_vec3 ${name}_sigma(const $name *filter)
 {
-    return $answer;
+$answer
 }

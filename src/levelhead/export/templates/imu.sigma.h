@@ -1,2 +1,2 @@
-/* 1 sigma of the attitude error about east, north and up, rad. */
+/* 1 sigma of the attitude error about $axes, rad. */
 ${name}_vec3 ${name}_sigma(const $name *filter);

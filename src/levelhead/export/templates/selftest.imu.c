@@ -38,7 +38,7 @@ int main(void)
 {
     $name filter;
     int wrong = 0, off = 0, first = -1;
-    ${name}_init(&filter);
+    ${name}_init(&filter);$warm
     for (int i = 0; i < $count; i++) {
         const Row *row = &rows[i];
         const bool taken = ${name}_update(&filter, row->gyr, row->acc, row->mag, row->dt);

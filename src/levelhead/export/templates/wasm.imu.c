@@ -31,7 +31,7 @@ LH_EXPORT(size) int32_t module_size(void)
     return (int32_t)sizeof filter;
 }
 
-LH_EXPORT(update) int32_t module_update($real gx, $real gy, $real gz, $real ax, $real ay, $real az, $real mx, $real my, $real mz, $real dt, int32_t has_acc, int32_t has_mag)
+${temperature}LH_EXPORT(update) int32_t module_update($real gx, $real gy, $real gz, $real ax, $real ay, $real az, $real mx, $real my, $real mz, $real dt, int32_t has_acc, int32_t has_mag)
 {
     const $real gyr[3] = {gx, gy, gz}, acc[3] = {ax, ay, az}, mag[3] = {mx, my, mz};
     return ${name}_update(&filter, gyr, has_acc ? acc : 0, has_mag ? mag : 0, dt);

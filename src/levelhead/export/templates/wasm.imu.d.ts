@@ -27,7 +27,7 @@ export interface Rows {
   t?: Numbers | number[];
 }
 
-/** gyr in rad/s, acc in m/s², mag in $field, dt in s; orientation turns $frame into earth (x east, y north, z up). */
+/** gyr in rad/s, acc in m/s², mag in $field, dt in s; orientation turns $frame into earth ($earth). */
 export class Filter {
   private constructor(wasm: WebAssembly.Exports);
   /** A filter with memory of its own. source: where the module lies, its bytes, or the compiled module. */
@@ -42,9 +42,9 @@ export class Filter {
   updateRows(rows: Rows): { taken: number; quaternion: Numbers;$rows };
   /** w, x, y, z. */
   get quaternion(): Numbers;
-  /** Roll, pitch and yaw in degrees; yaw is anticlockwise from east. */
+  /** Roll, pitch and yaw in degrees; yaw is $yaw. */
   get degrees(): { roll: number; pitch: number; yaw: number };
-$answers  /** All that it holds, as bytes; only the same build of this package reads them. */
+$answers$temperature_types  /** All that it holds, as bytes; only the same build of this package reads them. */
   save(): Uint8Array;
   restore(bytes: Uint8Array): void;
 }

@@ -4,16 +4,20 @@ The format is described in the ArduPilot development guide ("Log format"): each 
 type; type 128 gives type, length, name, format letters and names of another one.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from levelhead.errors import LevelheadError
 from levelhead.rotations import from_angles
+from levelhead.sources.conclusion import Conclusion
 from levelhead.sources.formats.attitude import attitude_track
 from levelhead.sources.hints import Hints
+from levelhead.sources.place import satellite_place
 from levelhead.sources.table import ArrayTable
 from levelhead.track import Track
 
@@ -23,6 +27,7 @@ _TYPES = {
     "c": "<i2", "C": "<u2", "e": "<i4", "E": "<u4", "L": "<i4", "M": "<u1", "q": "<i8", "Q": "<u8",
     "n": "S4", "N": "S16", "Z": "S64", "a": "S64",
 }  # fmt: skip
+GPS_EPOCH, WEEK = 315_964_800.0, 604_800.0  # s: 1980-01-06 since 1970
 _HUNDREDTHS = frozenset("cCeE")
 _UNITS = {"Gyr": "rad/s", "Acc": "m/s²", "Mag": "mG"}
 _SENSORS = ("IMU", "MAG", "GYR", "ACC")
@@ -46,7 +51,23 @@ def tables(path: Path, display_path: str, hints: Hints) -> Sequence[ArrayTable]:
             found += _tables(display_path, name, _rows(raw, places, dtype), letters)
     if not found:
         raise LevelheadError(f"{display_path} has no IMU messages; expected a log with LOG_BITMASK's IMU bit set")
+    for number, (name, dtype, letters) in kinds.items():
+        if name == "GPS" and (places := starts.get(number)):
+            place = _place(_columns(_rows(raw, places, dtype), letters))
+            if place is not None:
+                found[0] = replace(found[0], conclusions=[*found[0].conclusions, place])
     return found
+
+
+def _place(columns: Mapping[str, NDArray[Any]]) -> Conclusion | None:
+    """The place by GPS messages: 1e-7 degrees, m, and GPS weeks with ms in them."""
+    if not {"Lat", "Lng"} <= columns.keys():
+        return None
+    unix = None
+    if {"GMS", "GWk"} <= columns.keys():
+        unix = float((GPS_EPOCH + WEEK * columns["GWk"].astype(np.float64) + 1e-3 * columns["GMS"]).max())
+    lat, lng = (columns[name].astype(np.float64) for name in ("Lat", "Lng"))
+    return satellite_place(lat, lng, columns.get("Alt"), unix, "GPS messages")
 
 
 def attitudes(path: Path) -> dict[str, Track]:

@@ -10,6 +10,7 @@ import numpy as np
 from levelhead.errors import LevelheadError
 from levelhead.sources.conclusion import Basis, Conclusion
 from levelhead.sources.formats.text.dates import nanoseconds
+from levelhead.sources.place import satellite_place
 from levelhead.sources.table import ArrayTable
 
 _FORCE, _RATE = slice(11, 14), slice(17, 20)  # ax ay az, wx wy wz: forward, left, up
@@ -45,10 +46,14 @@ def oxts_table(folder: Path) -> ArrayTable:
     arrays = {"time": np.array([_stamp(folder, line) for line in stamps], dtype=np.int64)}
     arrays |= {f"gyr_{axis} [rad/s]": column for axis, column in zip("xyz", values[:, _RATE].T, strict=True)}
     arrays |= {f"acc_{axis} [m/s^2]": column for axis, column in zip("xyz", values[:, _FORCE].T, strict=True)}
+    place = satellite_place(values[:, 0], values[:, 1], values[:, 2], source="oxts")
     return ArrayTable(
         str(folder),
         arrays,
-        conclusions=[Conclusion("file.kind", "kitti", "oxts", Basis.HEADER, {"files": len(files)})],
+        conclusions=[
+            Conclusion("file.kind", "kitti", "oxts", Basis.HEADER, {"files": len(files)}),
+            *([] if place is None else [place]),
+        ],
         column_units={0: "ns"},
     )
 

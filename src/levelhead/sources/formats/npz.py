@@ -25,15 +25,18 @@ from levelhead.sources.table import ArrayTable
 _MARK = "levelhead_format"
 _VERSION = 1
 _TRUTH = ("bias", "moving", "position", "velocity")
+NOTHING_MORE: Mapping[str, NDArray[np.float64]] = {}
 _BESIDE: dict[str, type[Pressure | Gnss]] = {"pressure": Pressure, "gnss": Gnss}
 
 
-def write_npz(recording: Recording, path: str | os.PathLike[str]) -> None:
+def write_npz(
+    recording: Recording, path: str | os.PathLike[str], more: Mapping[str, NDArray[np.float64]] = NOTHING_MORE
+) -> None:
     """A Recording as .npz in SI units, which ``read`` gives back exactly.
 
     It holds t, gyr, acc and, where there are any, mag, temperature, truth_quat, truth_bias, truth_moving,
     truth_position, truth_velocity, truth_north, the fields of pressure and gnss as pressure_t, gnss_position …, and
-    meta as JSON. The file appears whole or not at all.
+    meta as JSON; ``more`` has further arrays, which ``read`` leaves out. The file appears whole or not at all.
 
     Raises:
         LevelheadError: the path cannot be written.
@@ -55,6 +58,7 @@ def write_npz(recording: Recording, path: str | os.PathLike[str]) -> None:
     if "conclusions" in stored:
         stored["conclusions"] = [one.to_dict() for one in stored["conclusions"]]
     meta = json.dumps(stored, default=str, ensure_ascii=False)
+    arrays |= more
     arrays |= {"meta": np.array(meta), _MARK: np.array(_VERSION)}
     with atomic_path(path) as temporary, open(temporary, "wb") as file:
         np.savez_compressed(file, allow_pickle=False, **arrays)

@@ -7,11 +7,15 @@ first number of a covariance means that the message does not carry the quantity,
 
 import struct
 from collections.abc import Mapping, Sequence
+from math import isfinite
+
+import numpy as np
 
 from levelhead.open_types import Untyped
 
 IMU, FIELD = "sensor_msgs/msg/Imu", "sensor_msgs/msg/MagneticField"
 DIAGNOSTICS, TRANSFORMS = "diagnostic_msgs/msg/DiagnosticArray", "tf2_msgs/msg/TFMessage"
+ACCELERATION = "geometry_msgs/msg/AccelWithCovarianceStamped"
 ATTITUDE = "geometry_msgs/msg/QuaternionStamped"
 FRAME, WORLD = "imu_link", "odom"
 OK, WARN, ERROR, STALE = range(4)  # levels of a DiagnosticStatus
@@ -25,6 +29,8 @@ _PARTS = {
     "builtin_interfaces/Time": "int32 sec\nuint32 nanosec\n",
     "geometry_msgs/Vector3": "float64 x\nfloat64 y\nfloat64 z\n",
     "geometry_msgs/Quaternion": "float64 x\nfloat64 y\nfloat64 z\nfloat64 w\n",
+    "geometry_msgs/AccelWithCovariance": "geometry_msgs/Accel accel\nfloat64[36] covariance\n",
+    "geometry_msgs/Accel": "geometry_msgs/Vector3 linear\ngeometry_msgs/Vector3 angular\n",
     "geometry_msgs/Transform": "geometry_msgs/Vector3 translation\ngeometry_msgs/Quaternion rotation\n",
     "geometry_msgs/TransformStamped": (
         "std_msgs/Header header\nstring child_frame_id\ngeometry_msgs/Transform transform\n"
@@ -54,6 +60,10 @@ DEFINITIONS = {
         "std_msgs/Header header\ngeometry_msgs/Vector3 magnetic_field\nfloat64[9] magnetic_field_covariance\n",
         *_HEADER, "geometry_msgs/Vector3",
     ),
+    ACCELERATION: _definition(
+        "std_msgs/Header header\ngeometry_msgs/AccelWithCovariance accel\n",
+        *_HEADER, "geometry_msgs/AccelWithCovariance", "geometry_msgs/Accel", "geometry_msgs/Vector3",
+    ),
     ATTITUDE: _definition(
         "std_msgs/Header header\ngeometry_msgs/Quaternion quaternion\n", *_HEADER, "geometry_msgs/Quaternion",
     ),
@@ -70,6 +80,7 @@ DEFINITIONS = {
 
 HASHES = {  # of the definitions, as REP 2011 makes them
     IMU: "RIHS01_7d9a00ff131080897a5ec7e26e315954b8eae3353c3f995c55faf71574000b5b",
+    ACCELERATION: "RIHS01_61c9ad8928e71dd95ce791b2f02809ee2a0bbcc42cd0e4047fd00a822a08e444",
     FIELD: "RIHS01_e80f32f56a20486c9923008fc1a1db07bbb273cbbf6a5b3bfa00835ee00e4dff",
 }
 
@@ -104,8 +115,8 @@ class _CdrWriter:
 
 
 def variances(sigma: Sequence[float] | None) -> tuple[float, ...]:
-    """Nine numbers of a covariance from σ of three axes; None: not known."""
-    if sigma is None:
+    """Nine numbers of a covariance from σ of three axes; None or NaN: not known."""
+    if sigma is None or not isfinite(sum(sigma)):
         return UNKNOWN
     x, y, z = sigma
     return x * x, 0.0, 0.0, 0.0, y * y, 0.0, 0.0, 0.0, z * z
@@ -113,7 +124,8 @@ def variances(sigma: Sequence[float] | None) -> tuple[float, ...]:
 
 def pack_imu(
     stamp: int, gyr: Sequence[float], acc: Sequence[float], quat: Sequence[float] | None = None,
-    sigma: Sequence[float] | None = None, frame: str = FRAME,
+    sigma: Sequence[float] | None = None, frame: str = FRAME, sigma_gyr: Sequence[float] | None = None,
+    sigma_acc: Sequence[float] | None = None,
 ) -> bytes:  # fmt: skip
     """A sensor_msgs/Imu.
 
@@ -124,11 +136,14 @@ def pack_imu(
         quat: wxyz, sensor to earth; None: the message has no orientation.
         sigma: 1σ of the attitude about east, north and up, rad; None: not known.
         frame: of the sensor.
+        sigma_gyr: 1σ of the rate, rad/s; None: not known.
+        sigma_acc: 1σ of the specific force, m/s², likewise.
     """
     out = _CdrWriter()
     out.header(stamp, frame)
     w, x, y, z = (1.0, 0.0, 0.0, 0.0) if quat is None else quat
-    out.numbers("d", x, y, z, w, *(ABSENT if quat is None else variances(sigma)), *gyr, *UNKNOWN, *acc, *UNKNOWN)
+    out.numbers("d", x, y, z, w, *(ABSENT if quat is None else variances(sigma)))
+    out.numbers("d", *gyr, *variances(sigma_gyr), *acc, *variances(sigma_acc))
     return out.done()
 
 
@@ -137,6 +152,21 @@ def pack_field(stamp: int, mag: Sequence[float], frame: str = FRAME) -> bytes:
     out = _CdrWriter()
     out.header(stamp, frame)
     out.numbers("d", *(TESLA * one for one in mag), *UNKNOWN)
+    return out.done()
+
+
+def acceleration_covariance(sigma: Sequence[float] | None) -> tuple[float, ...]:
+    """The 36 numbers of a covariance of acceleration; that of the angular part says that it is not carried."""
+    x, y, z = variances(sigma)[::4]
+    rows = np.diag([x, y, z, ABSENT[0], 0.0, 0.0])
+    return tuple(rows.ravel().tolist())
+
+
+def pack_acceleration(stamp: int, value: Sequence[float], sigma: Sequence[float] | None, frame: str = FRAME) -> bytes:
+    """A geometry_msgs/AccelWithCovarianceStamped without an angular part; value and its 1σ in m/s²."""
+    out = _CdrWriter()
+    out.header(stamp, frame)
+    out.numbers("d", *value, 0.0, 0.0, 0.0, *acceleration_covariance(sigma))
     return out.done()
 
 

@@ -14,22 +14,29 @@ import numpy as np
 
 from levelhead.atomic import atomic_path
 from levelhead.errors import LevelheadError
+from levelhead.motion import VectorSeries
 from levelhead.open_types import Untyped
 from levelhead.recording import Array, Recording, median
 from levelhead.sources.conclusion import Basis, Conclusion
 from levelhead.sources.formats.ros_fields import Definitions, read_numbers
+from levelhead.sources.formats.ros_messages import ACCELERATION, FRAME, WORLD, acceleration_covariance, variances
 from levelhead.sources.hints import Hints
 from levelhead.sources.names.column_groups import group_axes
 from levelhead.sources.names.column_name import understand
+from levelhead.sources.place import satellite_place
 from levelhead.sources.table import ArrayTable
 from levelhead.track import Track
 
 IMU, MAG = "sensor_msgs/msg/Imu", "sensor_msgs/msg/MagneticField"
+FIX = "sensor_msgs/msg/NavSatFix"
 TESLA = 1e6  # µT
 ABSENT = -1.0  # first element of a covariance, REP 145: the message does not carry this quantity
 NANO = 1_000_000_000
+ACCELERATIONS = {
+    "/imu/linear_acceleration": ("linear_acceleration", FRAME),
+    "/imu/earth_acceleration": ("earth_acceleration", WORLD),
+}
 TOPICS = {IMU: "/imu/data_raw", MAG: "/imu/mag"}
-FRAME = "imu_link"
 _VECTOR = re.compile(r"^(?:vector|point|data)\.(?=[xyz]$)")
 _NO_COLUMN = re.compile(r"covariance|(?:^|\.)(?:stamp|header)\b")
 _LISTED = 8  # topics in a sentence
@@ -82,13 +89,24 @@ def tables(path: Path, display_path: str, hints: Hints) -> list[ArrayTable]:
         raise
     except Exception as error:  # rosbags raises what its YAML, SQLite and MCAP readers raise
         raise LevelheadError(f"{path} is not a ROS bag, or it is damaged") from error
-    return [_one_topic(path, found, hints)]
+    table = _one_topic(path, found, hints)
+    place = _place(found)
+    return [table if place is None else replace(table, conclusions=[*table.conclusions, place])]
+
+
+def _place(found: Found) -> Conclusion | None:
+    """The place by the first topic of satellite fixes."""
+    for (kind, topic), rows in found.items():
+        if kind == FIX:
+            lat, lon, alt = np.array([row for _, row in rows]).T
+            return satellite_place(lat, lon, alt, 1e-9 * rows[0][0], topic)
+    return None
 
 
 def _sensor_messages(path: Path) -> Found:
     found: Found = {}
-    for topic, kind, arrived, message in _messages(path, (IMU, MAG)):
-        row = _imu(message) if kind == IMU else _field(message)
+    for topic, kind, arrived, message in _messages(path, (IMU, MAG, FIX)):
+        row = _imu(message) if kind == IMU else _field(message) if kind == MAG else _fix(message)
         if row is not None:
             stamp = message.header.stamp
             t = stamp.sec * NANO + stamp.nanosec
@@ -220,6 +238,11 @@ def _imu(message: Untyped) -> list[float] | None:
     return [w.x, w.y, w.z, a.x, a.y, a.z, *orientation]
 
 
+def _fix(message: Untyped) -> list[float] | None:
+    """Latitude and longitude in degrees, altitude in m; None: no fix."""
+    return [message.latitude, message.longitude, message.altitude] if message.status.status >= 0 else None
+
+
 def _field(message: Untyped) -> list[float]:
     b = message.magnetic_field
     return [b.x * TESLA, b.y * TESLA, b.z * TESLA]
@@ -264,7 +287,12 @@ def without_topics(hints: Hints) -> Hints:
     return replace(hints, map={role: names for role, names in hints.map.items() if role not in ("gyr", "mag")})
 
 
-def write_bag(recording: Recording, path: str | os.PathLike[str], track: Track | None = None) -> None:
+def write_bag(
+    recording: Recording,
+    path: str | os.PathLike[str],
+    track: Track | None = None,
+    motion: Mapping[str, VectorSeries] | None = None,
+) -> None:
     """A recording as a ROS bag: 1 where ``path`` ends in .bag, else 2: one file (.mcap, .db3) or a folder (SQLite).
 
     Topics are /imu/data_raw (/imu/data with a track) and /imu/mag; the stamps are those of the recording, on the date
@@ -274,6 +302,8 @@ def write_bag(recording: Recording, path: str | os.PathLike[str], track: Track |
         recording: rates, accelerations, field.
         path: must not exist yet, unless it is a file.
         track: the orientation and its σ, on the same clock; it goes into the same messages.
+        motion: that of the track, as ``publish.writers.motion_series`` gives it: rate and specific force take the place
+            of the readings, and the accelerations are /imu/linear_acceleration and /imu/earth_acceleration.
 
     Raises:
         LevelheadError: rosbags is not installed, the path cannot be written, the track is another recording's.
@@ -289,11 +319,11 @@ def write_bag(recording: Recording, path: str | os.PathLike[str], track: Track |
     if target.suffix == ".bag":
         with atomic_path(target) as temporary:
             temporary.unlink()  # the writer wants to make it
-            _write(recording, temporary, track)
+            _write(recording, temporary, track, motion)
         return
     if target.suffix in (".mcap", ".db3"):
         with atomic_path(target) as temporary:
-            _write_one_file(recording, temporary, target.suffix, track)
+            _write_one_file(recording, temporary, target.suffix, track, motion)
         return
     if target.exists():
         raise LevelheadError(f"{target} exists already; a ROS 2 bag is a folder of its own")
@@ -301,7 +331,7 @@ def write_bag(recording: Recording, path: str | os.PathLike[str], track: Track |
         raise LevelheadError(f"cannot write {target}: there is no folder {target.parent}; make it first")
     unfinished = target.with_name(f".{target.name}-{os.urandom(8).hex()}")
     try:
-        _write(recording, unfinished, track)
+        _write(recording, unfinished, track, motion)
         unfinished.rename(target)
     except OSError as error:
         raise LevelheadError(f"cannot write {target}: {error.strerror or error}") from None
@@ -309,18 +339,22 @@ def write_bag(recording: Recording, path: str | os.PathLike[str], track: Track |
         shutil.rmtree(unfinished, ignore_errors=True)
 
 
-def _write_one_file(recording: Recording, path: Path, suffix: str, track: Track | None) -> None:
+def _write_one_file(
+    recording: Recording, path: Path, suffix: str, track: Track | None, motion: Mapping[str, VectorSeries] | None
+) -> None:
     """The one file of messages in a bag of ROS 2, without the folder around it."""
     folder = path.with_name(f"{path.name}-{os.urandom(8).hex()}")
     try:
-        _write(recording, folder, track, mcap=suffix == ".mcap")
+        _write(recording, folder, track, motion, mcap=suffix == ".mcap")
         (messages,) = folder.glob(f"*{suffix}")
         messages.replace(path)
     finally:
         shutil.rmtree(folder, ignore_errors=True)
 
 
-def _write(recording: Recording, path: Path, track: Track | None, mcap: bool = False) -> None:
+def _write(
+    recording: Recording, path: Path, track: Track | None, motion: Mapping[str, VectorSeries] | None, mcap: bool = False
+) -> None:
     from rosbags.rosbag1 import Writer as Writer1
     from rosbags.rosbag2 import StoragePlugin
     from rosbags.rosbag2 import Writer as Writer2
@@ -332,14 +366,18 @@ def _write(recording: Recording, path: Path, track: Track | None, mcap: bool = F
     topics = TOPICS if track is None else TOPICS | {IMU: "/imu/data"}
     plugin = StoragePlugin.MCAP if mcap else StoragePlugin.SQLITE3
     with Writer1(path) if first else Writer2(path, version=9, storage_plugin=plugin) as writer:
-        kinds = [IMU] if recording.mag is None else [IMU, MAG]
-        connections = {kind: writer.add_connection(topics[kind], kind, typestore=store) for kind in kinds}
-        for kind, at, message in _made(recording, track, store.types, first):
-            writer.write(connections[kind], at, serialize(message, kind))
+        kinds = {topics[IMU]: IMU} if recording.mag is None else {topics[IMU]: IMU, topics[MAG]: MAG}
+        kinds |= {} if motion is None else dict.fromkeys(ACCELERATIONS, ACCELERATION)
+        connections = {topic: writer.add_connection(topic, kind, typestore=store) for topic, kind in kinds.items()}
+        for topic, at, message in _made(recording, track, motion, topics[IMU], store.types, first):
+            writer.write(connections[topic], at, serialize(message, kinds[topic]))
 
 
-def _made(recording: Recording, track: Track | None, types: Untyped, first: bool) -> Iterator[tuple[str, int, Untyped]]:
-    """(type, ns, message) of all samples."""
+def _made(
+    recording: Recording, track: Track | None, motion: Mapping[str, VectorSeries] | None, imu: str, types: Untyped,
+    first: bool,
+) -> Iterator[tuple[str, int, Untyped]]:  # fmt: skip
+    """(topic, ns, message) of all samples; ``imu``: the topic of the readings."""
     vector, quaternion = types["geometry_msgs/msg/Vector3"], types["geometry_msgs/msg/Quaternion"]
     time, header = types["builtin_interfaces/msg/Time"], types["std_msgs/msg/Header"]
     unknown, none = np.zeros(9), np.array([ABSENT, *[0.0] * 8])
@@ -355,8 +393,31 @@ def _made(recording: Recording, track: Track | None, types: Untyped, first: bool
                 w, x, y, z = track.quat[i].tolist()
                 q = quaternion(x, y, z, w)
                 covariance = unknown if track.sigma is None else np.diag(track.sigma[i] ** 2).reshape(-1)
-            gyr, acc = vector(*recording.gyr[i].tolist()), vector(*recording.acc[i].tolist())
-            yield IMU, at, types[IMU](head, q, covariance, gyr, unknown, acc, unknown)
+            gyr, acc, by_gyr, by_acc = recording.gyr[i], recording.acc[i], unknown, unknown
+            if motion is not None:
+                (gyr, by_gyr), (acc, by_acc) = (_value(motion[name], i) for name in ("rate", "specific_force"))
+                yield from _accelerations(motion, i, at, (header, stamp, first), types)
+            rate, force = vector(*gyr.tolist()), vector(*acc.tolist())
+            yield imu, at, types[IMU](head, q, covariance, rate, by_gyr, force, by_acc)
         if recording.mag is not None and np.isfinite(recording.mag[i]).all():
             field = vector(*(recording.mag[i] / TESLA).tolist())
-            yield MAG, at, types[MAG](head, field, unknown)
+            yield TOPICS[MAG], at, types[MAG](head, field, unknown)
+
+
+def _value(series: VectorSeries, i: int) -> tuple[Array, Array]:
+    """The vector of a sample, and the nine numbers of its covariance; zeros: not known."""
+    return series.value[i], np.array(variances(None if series.sigma is None else series.sigma[i].tolist()))
+
+
+def _accelerations(
+    motion: Mapping[str, VectorSeries], i: int, at: int, stamped: Untyped, types: Untyped
+) -> Iterator[tuple[str, int, Untyped]]:
+    """The two accelerations of a sample."""
+    vector, (header, stamp, first) = types["geometry_msgs/msg/Vector3"], stamped
+    for topic, (name, frame) in ACCELERATIONS.items():
+        series = motion[name]
+        accel = types["geometry_msgs/msg/Accel"](vector(*series.value[i].tolist()), vector(0.0, 0.0, 0.0))
+        covariance = np.array(acceleration_covariance(None if series.sigma is None else series.sigma[i].tolist()))
+        head = header(i, stamp, frame) if first else header(stamp, frame)
+        whole = types["geometry_msgs/msg/AccelWithCovariance"](accel, covariance)
+        yield topic, at, types[ACCELERATION](head, whole)

@@ -1,18 +1,22 @@
 """PX4's ULog: sensor_combined, or the gyroscope, accelerometer and magnetometer of one unit."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from levelhead.errors import LevelheadError
+from levelhead.open_types import Untyped
 from levelhead.sources.conclusion import Basis, Conclusion
 from levelhead.sources.formats.attitude import attitude_track
 from levelhead.sources.hints import Hints
+from levelhead.sources.place import satellite_place
 from levelhead.sources.table import ArrayTable
 from levelhead.track import Track
 
-WANTED = ["sensor_combined", "sensor_gyro", "sensor_accel", "sensor_mag", "vehicle_magnetometer", "vehicle_imu"]
+GNSS = ("vehicle_gps_position", "sensor_gps")
+WANTED = ["sensor_combined", "sensor_gyro", "sensor_accel", "sensor_mag", "vehicle_magnetometer", "vehicle_imu", *GNSS]
 _VECTORS = {  # topic to (name of its vector's fields, sensor, unit)
     "sensor_combined": [
         ("gyro_rad", "gyr", "rad/s"), ("accelerometer_m_s2", "acc", "m/s²"), ("magnetometer_ga", "mag", "G"),
@@ -48,7 +52,24 @@ def tables(path: Path, display_path: str, hints: Hints) -> Sequence[ArrayTable]:
         raise LevelheadError(
             f"{display_path} has no topic sensor_combined, sensor_gyro and sensor_accel; switch their logging on"
         )
+    place = next((one for topic in topics if topic.name in GNSS and (one := _place(topic)) is not None), None)
+    if place is not None:
+        found[0] = replace(found[0], conclusions=[*found[0].conclusions, place])
     return found
+
+
+def _place(topic: Untyped) -> Conclusion | None:
+    """The place by a receiver's topic; newer logs have degrees and m, older ones 1e-7 degrees and mm."""
+    data = topic.data
+    utc = np.asarray(data.get("time_utc_usec", np.zeros(1)), np.float64)
+    unix = 1e-6 * float(utc.max()) if len(utc) else None
+    if "latitude_deg" in data:
+        lat, lon, alt = data["latitude_deg"], data["longitude_deg"], data.get("altitude_msl_m")
+    elif "lat" in data and "lon" in data:
+        lat, lon, alt = data["lat"], data["lon"], 1e-3 * data["alt"] if "alt" in data else None
+    else:
+        return None
+    return satellite_place(lat, lon, alt, unix, topic.name)
 
 
 def attitudes(path: Path) -> dict[str, Track]:

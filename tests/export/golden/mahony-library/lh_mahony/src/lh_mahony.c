@@ -2931,7 +2931,7 @@ lh_mahony_euler lh_mahony_degrees(const lh_mahony *filter)
 
 float lh_mahony_bearing(const lh_mahony *filter)
 {
-    const float bearing = 90.0f - lh_mahony_degrees(filter).yaw;
+    const float yaw = lh_mahony_degrees(filter).yaw, bearing = 90.0f - yaw;
     return bearing < 0.0f ? bearing + 360.0f : bearing;
 }
 
@@ -2941,16 +2941,17 @@ lh_mahony_vec3 lh_mahony_up(const lh_mahony *filter)
     lh_mahony_vec3 up;
     up.x = 2.0f * (q.x * q.z - q.w * q.y);
     up.y = 2.0f * (q.y * q.z + q.w * q.x);
-    up.z = 1.0f - 2.0f * (q.x * q.x + q.y * q.y);
+    up.z = (1.0f - 2.0f * (q.x * q.x + q.y * q.y));
     return up;
 }
 
-lh_mahony_vec3 lh_mahony_linear_acceleration(const lh_mahony *filter, const float acc[3])
+lh_mahony_vec3 lh_mahony_linear_acceleration(const lh_mahony *filter, const float acc_read[3])
 {
+    const lh_mahony_readings now = lh_mahony_corrected(filter, 0, acc_read, 0);
     lh_mahony_vec3 free = lh_mahony_up(filter);
-    free.x = acc[0] - 9.80665f * free.x;
-    free.y = acc[1] - 9.80665f * free.y;
-    free.z = acc[2] - 9.80665f * free.z;
+    free.x = now.acc.x - 9.80665f * free.x;
+    free.y = now.acc.y - 9.80665f * free.y;
+    free.z = now.acc.z - 9.80665f * free.z;
     return free;
 }
 

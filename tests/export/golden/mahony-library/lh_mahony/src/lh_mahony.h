@@ -340,7 +340,7 @@ float lh_mahony_bearing(const lh_mahony *filter);
 /* Up, as a unit vector in the frame of the body; gravity points the other way. */
 lh_mahony_vec3 lh_mahony_up(const lh_mahony *filter);
 
-/* A specific force less gravity: the acceleration of the body in its own frame, m/s². */
+/* A specific force as an update takes it, less gravity: the acceleration of the body in its own frame, m/s². */
 lh_mahony_vec3 lh_mahony_linear_acceleration(const lh_mahony *filter, const float acc[3]);
 
 /* What a filter has learned and where it stands, as plain bytes: EEPROM.put and EEPROM.get take them, and so does a file.

@@ -6,7 +6,7 @@ import math
 import pytest
 
 import levelhead as lh
-from levelhead.earth_field import earth_field, parse_place
+from levelhead.magnetic_model import earth_field, parse_place
 
 pytest.importorskip("pygeomag")
 
