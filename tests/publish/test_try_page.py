@@ -13,6 +13,7 @@ from levelhead.evaluate import compare
 from levelhead.inspection import examine
 from levelhead.inspection.explain import explain
 from levelhead.sources.formats.csv_writer import write_csv
+from levelhead.sources.formats.text.delimited import BIG
 
 pytestmark = [pytest.mark.full, pytest.mark.slow]
 
@@ -53,8 +54,8 @@ def test_a_log_is_read_in_the_browser_itself(look, try_pages, tmp_path):
     check_accessibility(page)
 
 
-TRACK = """async ([name, text, chosen, filter]) => {
-  const worker = new Worker("plain_worker.js", { type: "module" });
+TRACK = """async ([script, name, text, chosen, filter]) => {
+  const worker = new Worker(script, { type: "module" });
   const call = (name, args, file) => new Promise((take, fail) => {
     worker.onmessage = ({ data }) => (data.failure === undefined ? take(data.block) : fail(new Error(data.failure)));
     worker.postMessage({ id: 1, name, args, file });
@@ -63,7 +64,8 @@ TRACK = """async ([name, text, chosen, filter]) => {
     const { header } = await call("open", {}, { name, bytes: new TextEncoder().encode(text).buffer });
     if (chosen !== null) await call("open", { chosen: { ...header.chosen, ...chosen } });
     const { columns } = await call("track", { filter });
-    const bytes = new Uint8Array(columns.get("quat").values.buffer), signs = [];
+    const { values } = columns.get("quat"), signs = [];
+    const bytes = new Uint8Array(values.buffer, values.byteOffset, values.byteLength);
     for (let at = 0; at < bytes.length; at += 8192) signs.push(String.fromCharCode(...bytes.subarray(at, at + 8192)));
     return btoa(signs.join(""));
   } finally {
@@ -74,7 +76,7 @@ TRACK = """async ([name, text, chosen, filter]) => {
 
 def track_in(page, name: str, text: str, params, chosen=None):
     """(n, 4) the quaternions of the page without Python."""
-    found = page.evaluate(TRACK, [name, text, chosen, type(params).__name__])
+    found = page.evaluate(TRACK, ["plain_worker.js", name, text, chosen, type(params).__name__])
     return np.frombuffer(base64.b64decode(found)).reshape(-1, 4)
 
 
@@ -105,6 +107,18 @@ def test_a_csv_of_plain_columns_has_the_bits_of_python_without_python(look, try_
         found = track_in(page, log.name, log.read_text(), params)
         np.testing.assert_array_equal(found, lh.fuse(recording, params).quat)
     assert not [url for url in asked if "pyodide" in url or "levelhead.zip" in url]
+
+
+def test_a_big_log_has_the_bits_of_python_by_the_numbers_of_the_browser(look, try_pages, tmp_path):
+    log, rows = tmp_path / "log.csv", lh.simulate.recording("MPU-6050", "hand", duration=100.0)
+    names = ["ms", *(f"gyr_{axis} [deg/s]" for axis in "xyz"), *(f"acc_{axis} [g]" for axis in "xyz")]
+    lines = [",".join(f"{x:.6f}" for x in one) for one in np.column_stack([rows.gyr, rows.acc / 9.80665]).tolist()]
+    content = ",".join(names) + "\n" + "".join(f"{10 * row},{lines[row % len(lines)]}\n" for row in range(140_000))
+    log.write_text(content)
+    assert log.stat().st_size > BIG
+    page = look(try_pages, "#file")
+    found = np.frombuffer(base64.b64decode(page.evaluate(TRACK, ["worker.js", log.name, content, None, "ESKF"])), "f4")
+    np.testing.assert_array_equal(found.reshape(-1, 4), lh.fuse(lh.read(log)).quat.astype(np.float32))
 
 
 def test_columns_without_a_unit_are_chosen_on_the_page(look, try_pages, tmp_path):

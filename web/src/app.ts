@@ -56,8 +56,10 @@ export class App {
   private over = new AbortController();
   private charted = ""; // which lines the charts of a node have
 
-  /** `asked`: the call "about", under way while the body is built. */
-  constructor(private source: Source, private asked: Promise<Block>) {}
+  /** `ask`: gives the answer to the call "about", which may be under way while the body is built. */
+  constructor(private source: Source, private ask: () => Promise<Block>) {
+    this.body.prepare();
+  }
 
   async start(): Promise<void> {
     try {
@@ -78,7 +80,7 @@ export class App {
   /** Loads what there is, and shows it. */
   async open(): Promise<void> {
     byId("status").textContent = "the log is read …";
-    const block = await this.asked;
+    const block = await this.ask();
     byId("status").textContent = "";
     this.about = block.header as About;
     const { kind, title, clock } = this.about;

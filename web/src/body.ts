@@ -234,6 +234,12 @@ export class Body {
     this.dirty = true;
   }
 
+  /** Has the browser compile what draws it, before there is anything to show. */
+  prepare(): void {
+    this.recolour();
+    this.renderer?.render(this.scene, this.camera);
+  }
+
   /** Draws what has changed. */
   frame(): void {
     if (this.dirty) this.render();

@@ -2,5 +2,5 @@
 import { App } from "./app";
 import { HttpSource } from "./source";
 
-const source = new HttpSource();
-new App(source, source.call("about")).start();
+const source = new HttpSource(), about = source.call("about");
+void new App(source, () => about).start();

@@ -1,4 +1,5 @@
 // Columns of a CSV file that name themselves and their unit, without Python. All else is for the reader in Python.
+import { NUMBER, readNumbers } from "./numbers";
 
 export const ROLES = ["t", "gyr", "acc", "mag"] as const;
 export type Role = typeof ROLES[number];
@@ -12,35 +13,28 @@ export type Choices = Record<Role, Choice>;
 export interface Words { names: Record<string, [Role, number]>; units: Record<Role, Record<string, number>>; usual: Record<Role, string[]>; uptime: number }
 
 const ELSEWHERE = "levelhead fuse, and this page with Python, read more: other formats, gaps, decimal commas, counts, clocks that jump";
-const NUMBER = /^\s*[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?\s*$/;
 const SENSORS: Record<Role, string> = { t: "time", gyr: "gyroscope", acc: "accelerometer", mag: "magnetometer" };
 
 export const refuse = (words: string) => new Error(`${words}; ${ELSEWHERE}`);
 
-/** The text of a CSV file: its name, the names of its columns, and its rows. */
+/** A CSV file: its name, the names of its columns, and its bytes. */
 export class PlainLog {
-  readonly names: string[];
-  private begin: number;
+  private constructor(readonly name: string, readonly names: string[], private bytes: Uint8Array, private begin: number, private delimiter: string) {}
 
-  constructor(readonly name: string, private text: string, private delimiter: string, first: string) {
-    this.names = first.split(delimiter).map((one) => one.trim());
-    this.begin = first.length + 1;
-  }
-
-  static open(name: string, bytes: ArrayBuffer): PlainLog {
-    let text: string;
+  static open(name: string, content: ArrayBuffer): PlainLog {
+    const bytes = new Uint8Array(content), end = bytes.indexOf(10), head = bytes.subarray(0, Math.max(0, end));
+    let first: string;
     try {
-      text = new TextDecoder("utf-8", { fatal: true }).decode(bytes);
+      first = new TextDecoder("utf-8", { fatal: true }).decode(head);
     } catch {
       throw refuse(`${name} is no text in UTF-8; expected a CSV file`);
     }
-    const first = text.slice(0, Math.max(0, text.indexOf("\n"))).replace(/\r$/, "");
     const delimiter = [",", ";", "\t"].reduce((best, one) => (first.split(one).length > first.split(best).length ? one : best));
-    const log = new PlainLog(name, text, delimiter, text.slice(0, Math.max(0, text.indexOf("\n"))));
-    if (log.names.length < 7 || log.names.some((one) => NUMBER.test(one) || one === "" || one.includes('"')) || new Set(log.names).size < log.names.length) {
+    const names = first.split(delimiter).map((one) => one.trim());
+    if (names.length < 7 || names.some((one) => NUMBER.test(one) || one === "" || one.includes('"')) || new Set(names).size < names.length) {
       throw refuse(`${name} does not begin with the names of its columns; expected such as t [s],gyr_x [rad/s],…,acc_z [m/s²]`);
     }
-    return log;
+    return new PlainLog(name, names, bytes, end + 1, delimiter);
   }
 
   /** The columns that name themselves, with their unit where the name holds one. */
@@ -71,30 +65,15 @@ export class PlainLog {
   }
 
   /** (n,) numbers of each column, as they stand. */
-  read(columns: string[]): Float64Array[] {
-    const places = columns.map((one) => this.names.indexOf(one)), { text, delimiter, names } = this;
-    let room = Math.max(16, Math.ceil((text.length - this.begin) / Math.max(1, text.indexOf("\n", this.begin) - this.begin)));
-    let found = places.map(() => new Float64Array(room)), rows = 0;
-    for (let at = this.begin, line = 2; at < text.length; line++) {
-      let end = text.indexOf("\n", at);
-      if (end < 0) end = text.length;
-      const cells = text.slice(at, end).split(delimiter);
-      at = end + 1;
-      if (cells.length === 1 && cells[0].trim() === "" && at >= text.length) break;
-      if (cells.length !== names.length) throw refuse(`${this.name}, line ${line}: ${cells.length} cells; expected ${names.length}`);
-      if (rows === room) {
-        room = Math.ceil(1.5 * room);
-        found = found.map((column) => { const larger = new Float64Array(room); larger.set(column); return larger; });
-      }
-      for (let k = 0; k < places.length; k++) {
-        const cell = cells[places[k]];
-        if (!NUMBER.test(cell)) throw refuse(`${this.name}, line ${line}, column '${names[places[k]]}': '${cell.trim()}'; expected a number`);
-        found[k][rows] = Number(cell);
-      }
-      rows++;
+  private read(columns: string[]): Float64Array[] {
+    const found = readNumbers(this.bytes, this.begin, this.delimiter.charCodeAt(0), this.names.length, columns.map((one) => this.names.indexOf(one)));
+    if ("cell" in found) {
+      const { line, place, cell, cells } = found, where = `${this.name}, line ${line + 2}`;
+      throw refuse(cells === null ? `${where}, column '${this.names[place]}': '${cell}'; expected a number` : `${where}: ${cells} cells${cells > this.names.length ? " or more" : ""}; expected ${this.names.length}`);
     }
+    const rows = found.columns[0].length;
     if (rows < 3) throw refuse(`${this.name} has ${rows} rows; expected a recording`);
-    return found.map((column) => column.subarray(0, rows));
+    return found.columns;
   }
 
   /** Readings in SI units, scaled as Python's reader does. */

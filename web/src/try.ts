@@ -29,7 +29,7 @@ class WorkerSource implements Source {
   async call(name: string, args: object = {}, file?: LogFile): Promise<Block> {
     const id = ++this.count, { block, failure } = await new Promise<Answer>((resolve) => {
       this.waiting.set(id, resolve);
-      this.worker.postMessage({ id, name, args, file });
+      this.worker.postMessage({ id, name, args, file }, { transfer: file === undefined ? [] : [file.bytes] });
     });
     if (block === undefined) throw new Error(failure);
     if (block.header.error !== undefined) throw new Error(block.header.error);
@@ -44,6 +44,7 @@ class WorkerSource implements Source {
 export class TryPage {
   private source: WorkerSource;
   private app: App | null = null;
+  private next: App | null = null; // without a log yet
   private file: File | null = null;
   private intro = make("section", { class: "intro", id: "intro", "aria-label": "Open a log" });
 
@@ -87,12 +88,14 @@ export class TryPage {
     state.textContent = file === null ? "The filter starts, and a hand is simulated …" : `${file.name} is read …`;
     byId("message").hidden = true;
     try {
-      const { header } = await this.source.call("open", file === null ? {} : this.form.hints(), file === null || again ? undefined : { name: file.name, bytes: await file.arrayBuffer() });
+      const asked = this.source.call("open", file === null ? {} : this.form.hints(), file === null || again ? undefined : { name: file.name, bytes: await file.arrayBuffer() });
+      this.next ??= new App(this.source, () => this.source.call("about")); // while the worker reads
+      const { header } = await asked;
       const open = this.form.take(header);
       if (open !== "") throw new Error(open);
       state.textContent = "The filter runs …";
       this.app?.close();
-      this.app = new App(this.source, this.source.call("about"));
+      [this.app, this.next] = [this.next, null];
       this.show(true);
       await this.app.start();
       this.addReports(header.text);

@@ -2,6 +2,7 @@
 import { parseBlock } from "./block";
 import { serve, type Call } from "./call";
 import { loadFilters, run } from "./modules";
+import { readNumbers, type Numbers } from "./numbers";
 
 const folder = new URL("pyodide/", self.location.href).href;
 
@@ -18,7 +19,19 @@ async function start(): Promise<{ python: any; view: any }> {
   const make = python.runPython("from levelhead.publish.dashboard.browser import BrowserView; BrowserView"), loaded = await filters;
   const runs = (name: string, values: string, gyr: Float64Array, acc: Float64Array, mag: Float64Array | undefined, t: Float64Array) =>
     run(loaded.get(name), JSON.parse(values), { gyr, acc, mag, t });
-  return { python, view: make(runs, python.toPy([...loaded.keys()])) };
+  return { python, view: make(runs, python.toPy([...loaded.keys()]), numbers) };
+}
+
+let log: { path: string; bytes: Uint8Array } | null = null; // the file that Python reads
+
+/** Columns of the file behind its `first` lines; null where it is not plain, so that Python reads it. */
+function numbers(path: string, first: number, delimiter: string, width: number, wanted: any): Numbers | null {
+  if (log === null || path !== log.path) return null;
+  let begin = 0;
+  for (let line = 0; line < first; line++) begin = log.bytes.indexOf(10, begin) + 1;
+  const found = readNumbers(log.bytes, begin, delimiter.charCodeAt(0), width, wanted.toJs());
+  wanted.destroy();
+  return "cell" in found ? null : found;
 }
 
 const started = start();
@@ -26,8 +39,9 @@ const started = start();
 serve(async ({ name, args, file }: Call) => {
   const { python, view } = await started;
   if (file !== undefined) {
-    args.path = file.name.replaceAll("/", "_");
-    python.FS.writeFile(args.path as string, new Uint8Array(file.bytes)); // where Python runs, so that it needs no folder
+    log = { path: file.name.replaceAll("/", "_"), bytes: new Uint8Array(file.bytes) };
+    args.path = log.path;
+    python.FS.writeFile(log.path, log.bytes); // where Python runs, so that it needs no folder
   }
   const found = view.call(name, JSON.stringify(args)), buffer = found.getBuffer("u8");
   const bytes = buffer.data.slice().buffer;

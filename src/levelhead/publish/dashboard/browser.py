@@ -21,12 +21,16 @@ from levelhead.publish.dashboard.recording_view import RecordingView
 from levelhead.recording import Recording
 from levelhead.simulate import recording as simulate
 from levelhead.sources import parse_counts, parse_map, parse_units
+from levelhead.sources.formats.text.delimited import BIG_READERS
+from levelhead.sources.formats.text.layout import Layout
 from levelhead.sources.hints import check_options
 from levelhead.sources.interpretation import Interpretation
 from levelhead.sources.pipeline import read_file
+from levelhead.sources.table import Column
 from levelhead.track import Track
 
 LONGEST = 30_000  # samples that plain Python explains in some seconds
+LARGEST_WHOLE = 2.0**53  # beyond it a double is not every whole number
 COMPARED = ("ESKF", "EKF", "Mahony", "Madgwick", "Complementary")
 MOTION = ("MPU-6050", "hand", 20.0, 100.0)  # what is shown to those who have no log: 20 s at 100 Hz
 
@@ -69,14 +73,49 @@ class WasmEngine:
         )  # fmt: skip
 
 
+class NumberReader:
+    """Columns of big plain text files by the browser's own loop, as ``read_by_arrow`` reads them elsewhere.
+
+    Args:
+        read: the browser's: path, lines above the numbers, delimiter, cells of a line, positions; its answer has an
+            array for each position and whether it is whole, or is None for a file that is not plain.
+    """
+
+    def __init__(self, read: Callable[..., Untyped]) -> None:
+        self._read = read
+
+    def __call__(
+        self, path: str, layout: Layout, wanted: Sequence[int], exact: frozenset[int]
+    ) -> dict[int, Column] | None:
+        """(n,) numbers of each position; None: the caller reads them."""
+        if layout.decimal_comma or layout.delimiter == " ":
+            return None
+        from pyodide.ffi import create_proxy
+
+        found = self._read(path, layout.first, layout.delimiter, len(layout.names), create_proxy(list(wanted)))
+        if found is None:
+            return None
+        columns: dict[int, Column] = {}
+        for i, values, whole in zip(wanted, found.columns, found.whole, strict=True):
+            column = np.asarray(values.to_py())
+            if i in exact and whole:
+                if np.abs(column).max(initial=0.0) >= LARGEST_WHOLE:
+                    return None
+                column = column.astype(np.int64)
+            columns[i] = column
+        return columns
+
+
 class BrowserView:
     """Calls of a page in the browser: open, doctor, explain, compare, and those of the recording that is open.
 
     Args:
         run, names: as for ``WasmEngine``.
+        read: as for ``NumberReader``.
     """
 
-    def __init__(self, run: Callable[..., Untyped], names: Sequence[str]) -> None:
+    def __init__(self, run: Callable[..., Untyped], names: Sequence[str], read: Callable[..., Untyped]) -> None:
+        BIG_READERS[:] = [NumberReader(read)]
         self._shown: RecordingView | None = None
         self._engine = WasmEngine(run, names)
         self._reports: dict[str, Callable[[Recording], object]] = {

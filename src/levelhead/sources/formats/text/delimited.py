@@ -1,7 +1,7 @@
 """Text files of numbers: CSV, TSV, semicolons with decimal commas, columns by white space."""
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cached_property
 
 import numpy as np
@@ -72,8 +72,9 @@ class TextTable:
         if plain and self.file.unwrapped is None and self.file.size > BIG:
             # Stamps that begin with "0" may have fractions later.
             for whole in dict.fromkeys((exact, frozenset[int]())):
-                if (columns := read_by_arrow(str(self.file.path), self.layout, wanted, whole)) is not None:
-                    return columns
+                for read in BIG_READERS:
+                    if (columns := read(str(self.file.path), self.layout, wanted, whole)) is not None:
+                        return columns
         return self._read(wanted, exact)
 
     @cached_property
@@ -355,6 +356,10 @@ def read_by_arrow(
     except (pa.ArrowException, OSError):
         return None
     return {i: column[:rows] for i, column in found.items()}
+
+
+# Readers of big plain files; the page in the browser has its own.
+BIG_READERS: list[Callable[[str, Layout, Sequence[int], frozenset[int]], dict[int, Column] | None]] = [read_by_arrow]
 
 
 def open_by_arrow(source: Untyped, layout: Layout, wanted: Sequence[int], exact: frozenset[int]) -> Untyped:
