@@ -153,7 +153,7 @@ ROWS = "".join(f"{0.01 * k:.2f},0,0,0,0,0,1\n" for k in range(20))
 @pytest.mark.parametrize(
     ("content", "words"),
     [
-        (b"\x89PNG\xff\xfe\x00", "is no text in UTF-8"),
+        (b"\x89PNG\r\n\x1a\n", "is no text in UTF-8"),
         (b"1,2,3,4,5,6,7\n1,2,3,4,5,6,7\n", "does not begin with the names of its columns"),
         ((HEAD + ROWS + "0.2,0,0,,0,0,1\n").encode(), "line 22, column 'gyr_z [rad/s]': ''; expected a number"),
         ((HEAD + ROWS + "0.2,0,0,0,0,0\n").encode(), "line 22: 6 cells; expected 7"),

@@ -2,7 +2,8 @@
 
 export type Numbers = Float64Array | Float32Array | Uint32Array | Uint8Array;
 export interface Column { values: Numbers; rows: number; width: number }
-export interface Block { header: any; columns: Map<string, Column> }
+/** `bytes`: what all columns lie in, where they lie in nothing else. */
+export interface Block { header: any; columns: Map<string, Column>; bytes?: ArrayBuffer }
 
 const TYPES = { f8: Float64Array, f4: Float32Array, u4: Uint32Array, u1: Uint8Array } as const;
 
@@ -20,5 +21,5 @@ export function parseBlock(bytes: ArrayBuffer): Block {
     columns.set(name, { values, rows, width });
     place = padded(place + values.byteLength);
   }
-  return { header, columns };
+  return { header, columns, bytes };
 }

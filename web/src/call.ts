@@ -16,7 +16,7 @@ export function serve(answer: (call: Call) => Promise<Block>): void {
       } catch (error) {
         found.failure = String((error as Error).message).trim().split("\n").at(-1);
       }
-      self.postMessage(found);
+      self.postMessage(found, { transfer: found.block?.bytes === undefined ? [] : [found.block.bytes] });
     });
   };
 }

@@ -74,7 +74,7 @@ export class Chart {
       axes: [
         {
           size: this.content.ruler ? 22 : 0, font, stroke: colour("soft"), grid, ticks: { show: false }, gap: 2,
-          values: (_, splits) => splits.map((t) => (this.content.ruler ? this.time.words(t, splits[1] - splits[0] < 1 ? 1 : 0) : "")),
+          values: (_, splits) => splits.map((t) => (this.content.ruler ? this.time.words(t, Math.max(0, Math.ceil(-Math.log10(splits[1] - splits[0]) - 1e-9))) : "")),
         },
         {
           size: AXIS, font, stroke: colour("soft"), grid, ticks: { show: false }, gap: 6,

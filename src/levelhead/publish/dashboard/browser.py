@@ -60,7 +60,7 @@ class WasmEngine:
             name, json.dumps(params._asdict()), *(None if one is None else to_js(one.ravel()) for one in given)
         )
         known = {
-            key: np.array(getattr(found, key).to_py())
+            key: np.asarray(getattr(found, key).to_py())
             for key in ("quaternion", "bias", "sigma", "health")
             if hasattr(found, key)
         }
