@@ -8,7 +8,9 @@ WEB = Path(__file__).resolve().parents[2] / "web"
 PATIENCE = 120.0  # s for what happens at once on a machine that is not busy: the browser draws 3-D on its CPU
 CONTROLS = "button, input, select, textarea, summary, a[href], [tabindex='0']"
 REACH = "window.reached = new Set(); addEventListener('focusin', ({ target }) => window.reached.add(target));"
-MISSED = """(controls) => [...document.querySelectorAll(controls)]
+TOP = """document.activeElement?.blur();
+for (const one of document.querySelectorAll("#charts, #side")) one.scrollTop = 0;"""
+MISSED = """(controls) => [...(document.querySelector("dialog[open]") ?? document).querySelectorAll(controls)]
   .filter((one) => one.checkVisibility() && !one.disabled && !window.reached.has(one))
   .map((one) => one.outerHTML.slice(0, 120))"""
 
@@ -47,3 +49,4 @@ def check_accessibility(page) -> None:
         page.keyboard.press("Tab")
     missed = page.evaluate(MISSED, CONTROLS)
     assert not missed, missed
+    page.evaluate(TOP)
