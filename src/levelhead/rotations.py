@@ -108,6 +108,12 @@ def mean(quat: Array, weights: Array | None = None) -> Array:
     return found
 
 
+def cross_matrix(vectors: Array) -> Array:
+    """(n, 3, 3) matrices of the cross product with (n, 3) vectors from the left."""
+    result: Array = np.cross(vectors[:, None, :], np.eye(3)).transpose(0, 2, 1)
+    return result
+
+
 def nearest_rotation(profile: Array) -> Array:
     """(3, 3) the rotation A nearest to Σ b aᵀ (3, 3), with which b = A a fits best over all pairs (Wahba's problem).
 

@@ -1,6 +1,6 @@
 """The angles of a joint from a sensor on each of its two segments.
 
-``hinge`` and ``two_axes`` find axes and relative heading by ``axes_fit``, ``angle`` and ``cardan`` the angles and their
+``hinge`` and ``two_axes`` find axes and relative heading by ``axes_fit``, ``hinge`` and ``cardan`` the angles and their
 σ, ``result`` holds all.
 """
 
@@ -11,11 +11,10 @@ from numpy.typing import ArrayLike
 
 from levelhead.engine.smoothing import smooth
 from levelhead.errors import LevelheadError
-from levelhead.joints.angle import hinge_angle, hinge_sigma
-from levelhead.joints.axes_fit import MIN_SAMPLES, AxesFit, about_vertical_frames
+from levelhead.joints.axes_fit import MIN_SAMPLES, AxesFit, about_vertical
 from levelhead.joints.cardan import cardan_angles, cardan_sigma, frames_of_axes, frames_of_pose
 from levelhead.joints.centre import Cost, centre_cost
-from levelhead.joints.hinge import fit_hinge
+from levelhead.joints.hinge import fit_hinge, hinge_angle, hinge_sigma
 from levelhead.joints.result import Joint
 from levelhead.joints.two_axes import fit_two_axes
 from levelhead.recording import Array, Recording
@@ -82,7 +81,7 @@ def joint(
         angle, sigma = angle - np.interp(start, t, angle), hinge_sigma(fit, sensors[1], tilt)
         return Joint(t, np.degrees(angle), np.degrees(sigma), fit)
     fit = fit_two_axes(t, *sensors) if axes == 2 else _fit_main_axis(t, sensors, first, second, cost)
-    sensors = about_vertical_frames(sensors[0], fit.heading), sensors[1]
+    sensors = about_vertical(sensors[0], fit.heading), sensors[1]
     on_upper, on_lower = _segments(fit, axes, frames, sensors, int(np.argmin(np.abs(t - start))))
     angles = cardan_angles(on_upper, on_lower)
     sigma = cardan_sigma(angles, on_upper, on_lower, tilt, fit.sigma_heading**2)

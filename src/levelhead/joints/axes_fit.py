@@ -140,7 +140,7 @@ def fit_axes(
         if np.cos(one.state.heading.mean() - state.heading.mean()) < 0.0
     ]
     heading = every.at_samples(state.heading)
-    relative = np.einsum("nji,njk->nik", about_vertical_frames(upper, heading), lower)
+    relative = np.einsum("nji,njk->nik", about_vertical(upper, heading), lower)
     fit = AxesFit(
         upper=state.upper,
         lower=state.lower,
@@ -246,13 +246,7 @@ def turn_axis(axis: Array, angles: Array) -> Array:
 
 
 def about_vertical(vectors: Array, angle: Array) -> Array:
-    """(n, 3) vectors turned by (n,) angles in rad about the vertical."""
-    c, s = np.cos(angle), np.sin(angle)
-    x, y, z = vectors.T
+    """(n, 3) vectors, or (n, 3, k) with vectors in columns, turned by (n,) angles in rad about the vertical."""
+    c, s = (part.reshape(-1, *(1,) * (vectors.ndim - 2)) for part in (np.cos(angle), np.sin(angle)))
+    x, y, z = np.moveaxis(vectors, 1, 0)
     return np.stack([c * x - s * y, s * x + c * y, z], axis=1)
-
-
-def about_vertical_frames(frames: Array, angle: Array) -> Array:
-    """(n, 3, 3) rotations, sensor to earth, turned by (n,) angles in rad about the vertical."""
-    columns = [about_vertical(frames[:, :, i], angle) for i in range(3)]
-    return np.stack(columns, axis=2)

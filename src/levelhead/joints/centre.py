@@ -13,8 +13,9 @@ from collections.abc import Callable
 
 import numpy as np
 
-from levelhead.joints.axes_fit import CORRELATION, MAX_ROWS, about_vertical, about_vertical_frames
+from levelhead.joints.axes_fit import CORRELATION, MAX_ROWS, about_vertical
 from levelhead.recording import Array, Recording
+from levelhead.rotations import cross_matrix
 
 Cost = Callable[[Array], float]
 
@@ -39,7 +40,7 @@ def centre_cost(t: Array, upper: Array, lower: Array, recordings: tuple[Recordin
     def cost(heading: Array) -> float:
         angle = heading[known]
         target = force[1] - about_vertical(force[0][:, :, 0], angle)
-        design = np.concatenate([about_vertical_frames(lever[0], angle), -lever[1]], axis=2)
+        design = np.concatenate([about_vertical(lever[0], angle), -lever[1]], axis=2)
         normal = np.einsum("nia,nib->ab", design, design)
         right = np.einsum("nia,ni->a", design, target)
         left = float(np.sum(target**2) - right @ np.linalg.lstsq(normal, right, rcond=None)[0])
@@ -52,11 +53,5 @@ def _at(t: Array, recording: Recording) -> tuple[Array, Array]:
     """(n, 3) m/s² and (n, 3, 3) s⁻², what multiplies r in (4), at the stamps ``t``."""
     readings = np.concatenate([recording.gyr, recording.acc], axis=1)
     gyr, acc = np.split(np.stack([np.interp(t, recording.t, one) for one in readings.T], axis=1), 2, axis=1)
-    cross = _cross(gyr)
-    return acc, _cross(np.gradient(gyr, t, axis=0)) + cross @ cross
-
-
-def _cross(vectors: Array) -> Array:
-    """(n, 3, 3) matrices of the cross product with (n, 3) vectors from the left."""
-    result: Array = np.cross(vectors[:, None, :], np.eye(3)).transpose(0, 2, 1)
-    return result
+    cross = cross_matrix(gyr)
+    return acc, cross_matrix(np.gradient(gyr, t, axis=0)) + cross @ cross

@@ -20,7 +20,6 @@ from levelhead.joints.axes_fit import (
     AxesState,
     Linearisation,
     about_vertical,
-    about_vertical_frames,
     fit_axes,
     tangents,
     thin,
@@ -50,7 +49,7 @@ def _starts(upper: Array, lower: Array) -> list[AxesState]:
     directions = _half_sphere(DIRECTIONS)
     found: list[tuple[float, AxesState]] = []
     for angle in HEADING_GRID:
-        turned = about_vertical_frames(upper[rows], np.full(len(upper[rows]), angle))
+        turned = about_vertical(upper[rows], np.full(len(upper[rows]), angle))
         relative = np.einsum("nji,njk->nik", turned, lower[rows])  # lower sensor to upper sensor
         mean = relative.mean(axis=0)
         fourth = np.einsum("nab,ncd->abcd", relative, relative) / len(relative)

@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 from levelhead.engine import fuse
 from levelhead.filters import GyroIntegration
 from levelhead.recording import Array, Recording
-from levelhead.rotations import matrix
+from levelhead.rotations import cross_matrix, matrix
 from levelhead.track import Track
 
 HORIZON = 5.0  # s
@@ -134,9 +134,9 @@ def _mean_reading(
     turned: Array = np.einsum("nij,nj->ni", turn, filled)
     count = np.maximum(_sum(known.astype(float), start, end), 1.0)
     mean = _sum(turned, start, end) / count[:, None]
-    product = _sum(_cross_matrix(turned) @ integral, start, end) / count[:, None, None]
+    product = _sum(cross_matrix(turned) @ integral, start, end) / count[:, None, None]
     back = np.swapaxes(turn[start], 1, 2)
-    slope = back @ (product - _cross_matrix(mean) @ integral[start])
+    slope = back @ (product - cross_matrix(mean) @ integral[start])
     return MeanReading(np.einsum("kij,kj->ki", back, mean), slope)
 
 
@@ -145,11 +145,3 @@ def _sum(values: Array, start: NDArray[np.int64], end: NDArray[np.int64]) -> Arr
     sums = np.concatenate([np.zeros((1, *values.shape[1:])), np.cumsum(values, axis=0)])
     found: Array = sums[end] - sums[start]
     return found
-
-
-def _cross_matrix(vectors: Array) -> Array:
-    """(n, 3, 3) [v]×."""
-    x, y, z = vectors.T
-    zero = np.zeros_like(x)
-    rows = ((zero, -z, y), (z, zero, -x), (-y, x, zero))
-    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
