@@ -228,6 +228,7 @@ def _remarks(result: Accuracy) -> dict[str, str]:
         DEFAULT: f"default: {filters.default()}, which fuse uses where no filter is named.",
         SMOOTHER: f"smoother: {filters.offline()} with its backward pass: every instant uses the whole recording.",
         "imufusion.Ahrs+": "imufusion.Ahrs+: with its bias estimate and the rejections of its advanced example.",
+        "riann.RIANN": "riann.RIANN gives tilt alone: its heading has no meaning.",
         "vqf.offlineVQF": "vqf.offlineVQF uses the whole recording for every instant.",
     }
     if result.with_mag:

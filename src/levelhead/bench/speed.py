@@ -17,7 +17,8 @@ from levelhead.filters.parameters import Params
 from levelhead.recording import Array, Recording
 from levelhead.units import GRAVITY
 
-DIVISOR = {"vqf": 1, "imufusion": 10, "ahrs": 1000}  # samples of a batch are divided by this: loops in Python take long
+# Samples of a batch are divided by this: loops in Python and networks take long.
+DIVISOR = {"vqf": 1, "imufusion": 10, "riann": 100, "ahrs": 1000}
 MIN_SAMPLES = 200  # samples
 LIVE = 20_000  # updates in one repeat
 FIFO = 32  # rows of one update_rows, as a chip's FIFO holds them

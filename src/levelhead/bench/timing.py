@@ -16,7 +16,7 @@ from pathlib import Path
 from levelhead.evaluate.text_table import Cell
 
 Progress = Callable[[float], None]  # takes the fraction done, 0 to 1
-PACKAGES = ("levelhead", "numpy", "numba", "scipy", "pyarrow", "vqf", "imufusion", "ahrs")
+PACKAGES = ("levelhead", "numpy", "numba", "scipy", "pyarrow", "vqf", "imufusion", "ahrs", "riann")
 
 
 @dataclass(frozen=True)

@@ -33,7 +33,7 @@ def accuracy(
     out: Annotated[Path | None, Parameter(name=["--out", "-o"], metavar="DIR")] = None,
     json: Annotated[bool, Parameter(negative="")] = False,
 ) -> None:
-    """Errors of all filters and of vqf, imufusion and ahrs on recordings with a reference, by group.
+    """Errors of all filters and of vqf, imufusion, ahrs and RIANN on recordings with a reference, by group.
 
     Args:
         places: Folders with recordings: BROAD's .mat, RepoIMU's .csv, or others with a reference.

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from importlib.util import find_spec
 from typing import NamedTuple
 
-from levelhead.bench.contenders import ahrs_, imufusion_, vqf_
+from levelhead.bench.contenders import ahrs_, imufusion_, riann_, vqf_
 from levelhead.recording import Array, Recording
 
 INSTALL = "pip install 'levelhead[bench]'"
@@ -42,5 +42,6 @@ ALL: tuple[Contender, ...] = (
     Contender("ahrs.EKF", ahrs_.ekf),
     Contender("ahrs.AQUA", ahrs_.aqua),
     Contender("ahrs.Complementary", ahrs_.complementary),
+    Contender("riann.RIANN", riann_.tilt),
 )
 BY_NAME = {contender.name: contender for contender in ALL}

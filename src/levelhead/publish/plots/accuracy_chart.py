@@ -13,7 +13,13 @@ from levelhead.publish.plots import style
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-FAMILIES = {OURS: style.BLUE, "vqf": style.VERMILION, "imufusion": style.PURPLE, "ahrs": style.GREEN}
+FAMILIES = {
+    OURS: style.BLUE,
+    "vqf": style.VERMILION,
+    "imufusion": style.PURPLE,
+    "ahrs": style.GREEN,
+    "riann": style.SKY,
+}
 SHAPES = ("o", "s", "^", "D", "v", "P", "X", "<", ">", "p", "h", "*", "d", "8")
 LEADERS = {DEFAULT: "-", "vqf.VQF": "-"}  # drawn as lines through the groups
 SPREAD = 0.74  # of the room of a group that its marks take
