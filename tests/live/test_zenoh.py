@@ -20,7 +20,10 @@ from levelhead.live.zenoh_bus import ZenohBus
 from levelhead.live.zenoh_reader import ParameterClient, subscribe
 from levelhead.live.zenoh_session import configuration
 
-SAID = Orientation(7, 0, 1.5, 123, (1.0, 0.0, 0.0, 0.0), (0.1, 0.2, 0.3), (1e-3, 0.0, -1e-3), 2048)
+SAID = Orientation(
+    7, 0, 1.5, 123, (1.0, 0.0, 0.0, 0.0), (0.1, 0.2, 0.3), (1e-3, 0.0, -1e-3), 2048, True, (0.1, 0.2, 0.3),
+    (0.01, 0.02, 0.03), (0.0, 0.0, 9.81), (0.1, 0.2, 0.3),
+)  # fmt: skip
 
 
 def fresh(**changes) -> Orientation:
