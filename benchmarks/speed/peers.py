@@ -3,7 +3,8 @@
 ``python -m benchmarks.speed.peers``. The twins are Mahony's, Madgwick's and the lesson's Kalman filter as published, in
 C by hand (``benchmarks/c/twins``): the equations of the paper, without missing readings, gaps or σ. ``--source FILE.c
 --name NAME`` measures the C of another library too, which has ``NAME_init`` and ``NAME_update`` with the arguments of a
-twin. Code is that of the whole object.
+twin. Code on the Cortex-M4F is that of a program which calls init, update and what it reads, on the AVR that of the
+whole object.
 """
 
 import tempfile
@@ -23,7 +24,8 @@ from levelhead.export.config import LEAN
 
 COLUMNS = {
     "case": "filter",
-    "code": "code [bytes]",
+    "code": "code, -O2 [bytes]",
+    "small": "code, -Os [bytes]",
     "ram": "RAM [bytes]",
     "stack": "stack [bytes]",
     "instructions": "instructions",
@@ -44,7 +46,7 @@ def by_hand(source: Path, name: str) -> dict[str, Any]:
                    boards.SOURCES / "cortex-m.ld", "-nostartfiles", "--specs=rdimon.specs", "-lm", "-o", "count.elf",
                    cwd=folder)  # fmt: skip
         found = boards.read_counts(boards.run(*boards.QEMU, "count.elf", cwd=folder))
-        found["code"] = boards.section_sizes("arm-none-eabi-size", folder / "filter.o")["text"]
+        found |= boards.linked_code(folder, source, "-std=gnu99", f"-I{source.parent}")
         boards.run("avr-gcc", "-mmcu=atmega2560", "-Os", "-std=gnu99", f"-I{source.parent}", "-c", source, "-o",
                    "avr.o", cwd=folder)  # fmt: skip
         return found | {"case": name, "flash": boards.section_sizes("avr-size", folder / "avr.o")["text"]}

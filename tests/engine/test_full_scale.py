@@ -22,7 +22,7 @@ def integral_beyond(values, full, dt):
         reading = Vec3(float(np.clip(value, -full, full)), 0.0, 0.0)
         clipped = extreme._replace(clipped=abs(value) >= full)
         approach = update_approach(approach, reading, clipped, dt)
-        total += mean_beyond(approach, dt).x * dt
+        total += mean_beyond(approach, dt).x * dt if approach.time > 0.0 else 0.0
     return total
 
 

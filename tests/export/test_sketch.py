@@ -14,6 +14,7 @@ from levelhead.axis_map import AxisMap
 from levelhead.calibration import Quantity
 from levelhead.cli import main
 from levelhead.export import ExportConfig, write
+from levelhead.rotations import matrix
 from levelhead.units import GRAVITY
 
 STUBS = Path(__file__).resolve().parents[1] / "reference" / "arduino"
@@ -29,6 +30,9 @@ CHIPS = {  # what a chip set to 500 deg/s and 4 g does, by its data sheet
     "LSM6DSO32": MPU | {"ADDRESS": "0x6A", "ID_REGISTER": "0x0F", "IDENTITY": "0x6C", "FIRST": "0x20", "LITTLE": "1",
                         "GYR_WORD": "1", "ACC_WORD": "4", "AWAKE": "registers[0x10] == 0x40 && registers[0x11] == 0x44",
                         "GYR_LSB": "1000.0 / 17.5", "ACC_LSB": "1000.0 / 0.122"},
+    "LSM6DSOX": MPU | {"ADDRESS": "0x6A", "ID_REGISTER": "0x0F", "IDENTITY": "0x6C", "FIRST": "0x20", "LITTLE": "1",
+                       "GYR_WORD": "1", "ACC_WORD": "4", "AWAKE": "registers[0x10] == 0x48 && registers[0x11] == 0x44",
+                       "GYR_LSB": "1000.0 / 17.5", "ACC_LSB": "1000.0 / 0.122"},
     "LSM6DS3": MPU | {"ADDRESS": "0x6A", "ID_REGISTER": "0x0F", "IDENTITY": "0x69", "FIRST": "0x22", "LITTLE": "1",
                       "WORDS": "6", "GYR_WORD": "0", "ACC_WORD": "3",
                       "AWAKE": "registers[0x10] == 0x48 && registers[0x11] == 0x44",
@@ -42,6 +46,19 @@ CHIPS = {  # what a chip set to 500 deg/s and 4 g does, by its data sheet
                      "AWAKE": "registers[0x3D] == 0x07 && registers[0x0A] == 0x1A",
                      "GYR_LSB": "16.0", "ACC_LSB": "980.665"},
 }  # fmt: skip
+LIS3MDL = {"MAG_ADDRESS": "0x1C", "MAG_ID_REGISTER": "0x0F", "MAG_IDENTITY": "0x3D", "MAG_FIRST": "0xA7",
+           "MAG_AWAKE": "others[0x20] == 0x7C && others[0x22] == 0x00",
+           "MAG_COUNTS": "f[0] * 68.42, f[1] * 68.42, f[2] * 68.42"}  # fmt: skip
+WITH_FIELD = {  # chips with a magnetometer, whose axes are not always theirs; 0.15 uT a count, and the factors sent
+    "MPU-9250": {"MAG_ADDRESS": "0x0C", "MAG_ID_REGISTER": "0x00", "MAG_IDENTITY": "0x48", "MAG_FIRST": "0x02",
+                 "MAG_AWAKE": "others[0x0A] == 0x16 && registers[0x37] == 0x02",
+                 "MAG_COUNTS": "f[1] / 0.15 / 1.1875, f[0] / 0.15, -f[2] / 0.15 / 1.0625"},
+    "ICM-20948": {"MAG_ADDRESS": "0x0C", "MAG_ID_REGISTER": "0x01", "MAG_IDENTITY": "0x09", "MAG_FIRST": "0x10",
+                  "MAG_AWAKE": "others[0x31] == 0x08 && registers[0x0F] == 0x02",
+                  "MAG_COUNTS": "f[0] / 0.15, -f[1] / 0.15, -f[2] / 0.15"},
+    "LSM6DSOX+LIS3MDL": LIS3MDL,
+    "LSM6DS3+LIS3MDL": LIS3MDL,
+}  # fmt: skip
 pytestmark = [pytest.mark.compiled, pytest.mark.skipif(shutil.which("g++") is None, reason="no g++ on the PATH")]
 
 
@@ -51,7 +68,7 @@ def log_of(folder, config, include=""):
     """
     write(config, folder)
     name = config.name
-    stem = config.chip.lower().replace("-", "")
+    stem = config.chip.lower().replace("-", "").replace("+", "")
     sketch = folder / f"{name}_{stem}" / f"{name}_{stem}.ino"
     if include:
         text = sketch.read_text(encoding="utf-8")
@@ -59,14 +76,16 @@ def log_of(folder, config, include=""):
         sketch.write_text(text.replace(f'#include "{name}.h"', f'#include "{include}.h"'), encoding="utf-8")
         name = include
     recording = lh.simulate.recording("MPU-6050", "hand", duration=10.0, seed=3)
-    moving = np.column_stack([np.degrees(recording.gyr), recording.acc / GRAVITY])[:, :6]
+    field = np.einsum("nij,i->nj", matrix(recording.truth.quat), [0.0, 20.0, -45.0])  # µT, in the sensor's axes
+    moving = np.column_stack([np.degrees(recording.gyr), recording.acc / GRAVITY, field])
     rest = np.tile(moving[0], (350, 1))
     rest[:, :3] = [1.0, -2.0, 0.5]
     moving[:, :3] += [1.0, -2.0, 0.5]
     np.savetxt(folder / "readings.txt", np.concatenate([rest, moving]))
     subprocess.run(["gcc", "-std=c99", "-O1", "-c", f"{name}.c"], cwd=folder, check=True)
     command = ["g++", "-std=c++11", "-Wall", "-Wextra", "-Werror", "-O1", f"-I{STUBS}", "-I.", "-include", "Arduino.h"]
-    command += [f"-D{word}={value}" for word, value in CHIPS[config.chip].items()]
+    board = CHIPS[config.chip.removesuffix("+LIS3MDL")] | WITH_FIELD.get(config.chip, {})
+    command += [f"-D{word}={value}" for word, value in board.items()]
     command += ["-x", "c++", str(sketch), str(STUBS / "board.cpp"), "-x", "none", f"{name}.o", "-lm", "-o", "board"]
     subprocess.run(command, cwd=folder, check=True)
     said = subprocess.run(["./board", "readings.txt"], cwd=folder, capture_output=True, text=True, check=True).stdout
@@ -118,7 +137,7 @@ def test_a_sensor_that_is_known_logs_what_the_filter_was_fed(tmp_path, real):
 def test_each_chip_is_woken_and_read(tmp_path, chip):
     """The log holds what the chip felt, in SI units and in the right order of axes and bytes."""
     log = log_of(tmp_path, ExportConfig(lh.AccelTilt(), real="float", chip=chip))
-    recording, felt = lh.read(log), np.loadtxt(tmp_path / "readings.txt")
+    recording, felt = lh.read(log), np.loadtxt(tmp_path / "readings.txt")[:, :6]
     rows = np.round((recording.t - recording.t[-1]) * 100.0).astype(int) + len(felt) - 1
     there = np.isfinite(recording.acc).all(axis=1)
     near = [felt[np.clip(rows[there] + k, 0, len(felt) - 1)] for k in range(-3, 4)]
@@ -127,6 +146,30 @@ def test_each_chip_is_woken_and_read(tmp_path, chip):
     assert apart.max() < 0.1, "each line is what the chip felt within 30 ms"
     assert np.ptp(recording.gyr[there], axis=0).min() > 0.5
     assert np.abs(recording.gyr[there][:20]).max() < np.radians(0.2)
+
+
+@pytest.mark.parametrize("real", ["double", "float"])
+@pytest.mark.parametrize("chip", WITH_FIELD)
+def test_the_magnetometer_is_read_in_the_axes_of_the_chip(tmp_path, chip, real):
+    """The log has the board's field in µT, or nothing where the chip was not ready; the filter used both."""
+    log = log_of(tmp_path, ExportConfig(lh.Madgwick(), real=real, chip=chip))
+    recording = lh.read(log)
+    ready = np.isfinite(recording.mag).all(axis=1)
+    assert 0.6 < ready.mean() < 0.7
+    felt = np.loadtxt(tmp_path / "readings.txt")[:, 6:]
+    rows = np.round((recording.t - recording.t[-1]) * 100.0).astype(int) + len(felt) - 1
+    near = [felt[np.clip(rows[ready] + k, 0, len(felt) - 1)] for k in range(-3, 4)]
+    assert np.min([np.abs(recording.mag[ready] - row).max(axis=1) for row in near], axis=0).max() < 0.3
+    assert np.ptp(recording.mag[ready], axis=0).min() > 10.0
+    board = np.genfromtxt(log, delimiter=",", comments="#", skip_header=2)
+    found = lh.fuse(recording, lh.Madgwick())
+    np.testing.assert_allclose(board[:, 10:14], found.quat, atol=2e-4)
+
+
+def test_without_mag_no_magnetometer_is_read(tmp_path):
+    write(ExportConfig(lh.Madgwick(), real="float", chip="MPU-9250", without=frozenset({"mag"})), tmp_path)
+    sketch = (tmp_path / "lh_madgwick_mpu9250" / "lh_madgwick_mpu9250.ino").read_text(encoding="utf-8")
+    assert "read_field" not in sketch and "mag_x" not in sketch
 
 
 def test_one_axis_is_the_lesson(tmp_path):

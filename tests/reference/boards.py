@@ -21,6 +21,7 @@ TOOLS = {"Cortex-M4F": ("arm-none-eabi-gcc", "qemu-system-arm"), "AVR": ("avr-gc
 CORE = Path("/usr/share/arduino/hardware/arduino/avr")  # of Debian's arduino-core-avr
 UNO = {"flash": 32_256, "ram": 2_048}  # ATmega328P less the boot loader
 MEGA = {"ram": 8_192}
+LINKED = ("init", "update", "quaternion", "bias", "sigma", "health", "angle", "rate")  # of these, those that it has
 LEAST_STACK = 3_072  # that a filter of an IMU takes on an AVR
 
 
@@ -74,7 +75,21 @@ def on_cortex(config: ExportConfig) -> dict[str, Any]:
         defines = [f"-DFILTER={config.name}", f'-DFILTER_H="{config.name}.h"', f"-DREAL={config.real}"]
         defines += ["-DAXIS"] if config.axis else []
         said = run(*QEMU, image(folder, config, str(SOURCES / "count.c"), M4F, *defines), cwd=folder)
-        return read_counts(said) | {"code": section_sizes("arm-none-eabi-size", folder / "filter.o")["text"]}
+        return read_counts(said) | linked_code(folder, folder / f"{config.name}.c", *STRICT)
+
+
+def linked_code(folder: Path, source: Path, *flags: str) -> dict[str, int]:
+    """Bytes of a filter's code on a Cortex-M4F in a program that calls ``LINKED``, linked as the Arduino IDE does."""
+    return {column: _linked(folder, source, level, *flags) for column, level in (("code", "-O2"), ("small", "-Os"))}
+
+
+def _linked(folder: Path, source: Path, *flags: str) -> int:
+    common, name = ("arm-none-eabi-gcc", *M4F, "-ffunction-sections"), source.stem
+    run(*common, *flags, "-c", source, "-o", "parts.o", cwd=folder)
+    wanted = [f"-Wl,-u,{name}_{call}" for call in LINKED]
+    run(*common, "-r", "-nostdlib", "-Wl,--gc-sections", f"-Wl,-e,{name}_update", *wanted, "parts.o", "-o", "linked.o",
+        cwd=folder)  # fmt: skip
+    return section_sizes("arm-none-eabi-size", folder / "linked.o")["text"]
 
 
 def read_counts(said: str) -> dict[str, Any]:

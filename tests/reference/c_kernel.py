@@ -31,7 +31,7 @@ def translated(function, *kinds, real="double"):
     constants = program.constants.lines()
     types = [line for struct in program.private_types() for line in program.types.definition(struct)]
     helpers = helper_functions("\n".join(kernels), real)
-    head = ["#include <math.h>", "#include <stdbool.h>", "#include <stdint.h>", "#define LH_CALLED"]
+    head = ["#include <math.h>", "#include <stdbool.h>", "#include <stdint.h>", "#define LH_CALLED", "#define LH_RARE"]
     return program, program.procedures["call"], "\n".join([*head, *types, *constants, *helpers, *kernels])
 
 

@@ -135,7 +135,7 @@ class DetectorHooks(Protocol):
     def interval_rate(before: Vec3, now: Vec3, lost: float, dt: float) -> Vec3:
         """The mean rate (rad/s) over the ``dt`` seconds between two stamps; without a guard the later reading, as
         published filters have it, but for the share ``lost`` of the time, in which samples were lost."""
-        return sub(now, scale(sub(now, before), 0.5 * lost))
+        return sub(now, scale(sub(now, before), 0.5 * lost)) if lost > 0.0 else now
 
 
 detectors: DetectorHooks = declare(DetectorHooks)
@@ -294,7 +294,10 @@ def condition(guard: Guard, sample: ConditionedSample, gyr: Vec3, acc: Vec3, mag
     force = sample.force
     if is_present(acc):
         force = update_approach(force, acc, detected.acc_extreme, dt)
-        acc = ZERO if health & ACC_STUCK else add(acc, mean_beyond(force, dt))
+        if health & ACC_STUCK:
+            acc = ZERO
+        elif force.time > 0.0:
+            acc = add(acc, mean_beyond(force, dt))
     if dt > GAP_SECONDS:
         health |= GAP
     measured = measure_rate(sample, gyr, detected.gyr_extreme, health, lost, dt)

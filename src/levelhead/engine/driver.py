@@ -206,14 +206,37 @@ def unbiased_rate(sample: ConditionedSample, gates: GuardState, own: Vec3) -> Ve
     return sub(sample.gyr, gates.rest.bias) if hooks.TAKES_BIAS else sample.gyr
 
 
+@noinline
+def gate_acceleration(settings: Settings, sample: ConditionedSample, run: FilterRun) -> FilterRun:
+    """Before the step of a sample whose specific force has another norm than g, or follows such a sample: whether the
+    filter takes it for gravity."""
+    params, guard = settings
+    state, health, gates = run.state, sample.health, run.guard
+    covariance = run.covariance
+    estimate: Output = hooks.output(params, state)
+    gyr = unbiased_rate(sample, gates, estimate.bias)
+    gates = gate_force(guard, gates, estimate.quat, gyr, sample.acc, sample.detected.far_from_g, sample.dt)
+    if is_present(sample.acc) and is_accelerating(guard, gates, sample.dt):
+        health |= ACC_REJECTED
+    return FilterRun(state=state, health=health, guard=gates, covariance=covariance)
+
+
 @kernel
-def step_gated(settings: Settings, sample: ConditionedSample, run: FilterRun, acc: Vec3) -> FilterRun:
-    """One sample: the gate, then the filter's step."""
+def accept_force(sample: ConditionedSample, run: FilterRun) -> FilterRun:
+    """Before the step of every other sample."""
+    state, gates, covariance = run.state, run.guard, run.covariance
+    return FilterRun(state=state, health=sample.health, guard=gates, covariance=covariance)
+
+
+@kernel
+def step(settings: Settings, sample: ConditionedSample, run: FilterRun) -> FilterRun:
+    """One sample: the gate of the field, then the filter's step."""
     params, guard = settings
     state, found, gates = run.state, run.health, run.guard
     covariance = run.covariance
     estimate: Output = hooks.output(params, state)
     gyr = unbiased_rate(sample, gates, estimate.bias)
+    acc = ZERO if found & ACC_REJECTED else sample.acc
     gated: Gated = hooks.gate(guard, gates, estimate.quat, gyr, sample.mag, sample.dt)
     mag, health, gates = gated
     return FilterRun(
@@ -221,35 +244,6 @@ def step_gated(settings: Settings, sample: ConditionedSample, run: FilterRun, ac
         health=found | health,
         guard=gates,
         covariance=covariance,
-    )
-
-
-@noinline
-def step_accelerated(settings: Settings, sample: ConditionedSample, run: FilterRun) -> FilterRun:
-    """A sample whose specific force has another norm than g, or follows such a sample."""
-    params, guard = settings
-    state, gates, covariance = run.state, run.guard, run.covariance
-    estimate: Output = hooks.output(params, state)
-    gyr = unbiased_rate(sample, gates, estimate.bias)
-    gates = gate_force(guard, gates, estimate.quat, gyr, sample.acc, sample.detected.far_from_g, sample.dt)
-    if is_present(sample.acc) and is_accelerating(guard, gates, sample.dt):
-        return step_gated(
-            settings,
-            sample,
-            FilterRun(state=state, health=sample.health | ACC_REJECTED, guard=gates, covariance=covariance),
-            ZERO,
-        )
-    return step_gated(
-        settings, sample, FilterRun(state=state, health=sample.health, guard=gates, covariance=covariance), sample.acc
-    )
-
-
-@kernel
-def step_plain(settings: Settings, sample: ConditionedSample, run: FilterRun) -> FilterRun:
-    """Every other sample."""
-    state, gates, covariance = run.state, run.guard, run.covariance
-    return step_gated(
-        settings, sample, FilterRun(state=state, health=sample.health, guard=gates, covariance=covariance), sample.acc
     )
 
 
@@ -312,9 +306,10 @@ def advance(settings: Settings, carry: Carry, gyr: Vec3, acc: Vec3, mag: Vec3, d
     if sample.unmeasured > 0.0:
         run = inflate(settings, sample, run)
     if sample.detected.far_from_g or sample.detected.was_far:
-        run = step_accelerated(settings, sample, run)
+        run = gate_acceleration(settings, sample, run)
     else:
-        run = step_plain(settings, sample, run)
+        run = accept_force(sample, run)
+    run = step(settings, sample, run)
     if correction_due(settings, sample, run):
         run = apply_correction(settings, sample, run)
     if not hooks.OWN_SIGMA and sigma_due(sample):

@@ -8,7 +8,7 @@ every step.
 
 from typing import NamedTuple
 
-from levelhead.compiler.mark import kernel
+from levelhead.compiler.mark import kernel, noinline
 from levelhead.guard.detectors import Extreme
 from levelhead.kernels.vec3 import ZERO, Vec3, norm, scale, sub
 
@@ -44,7 +44,7 @@ def axis_slope(slope: float, last: float, reading: float, full: float, first: bo
     return sign * max(before, min(sign * (reading - last) / dt, STEEPER * before))
 
 
-@kernel
+@noinline
 def clipped_slope(approach: Approach, share: float, reading: Vec3, full: float, first: bool, dt: float) -> Vec3:
     """The same of all axes; the slopes of the sample before count as this share of them."""
     slope, last = approach.slope, approach.last
@@ -58,21 +58,22 @@ def clipped_slope(approach: Approach, share: float, reading: Vec3, full: float, 
 @kernel
 def update_approach(approach: Approach, reading: Vec3, extreme: Extreme, dt: float) -> Approach:
     """After a reading that lasts ``dt`` seconds; a plateau is known for full scale only when it has lasted."""
-    full = AT_FULL_SCALE * min(extreme.up, extreme.down)
-    if extreme.clipped:
-        slope = clipped_slope(approach, 1.0, reading, full, approach.time == 0.0, dt)
-        return Approach(reading, slope, max(approach.time, extreme.stay) + dt)
-    if extreme.stay < 0.0:
+    if extreme.stay < 0.0 and not extreme.clipped:
         return Approach(reading, scale(sub(reading, approach.last), 1.0 / dt), 0.0)
-    share = LEAST_SLOPE if extreme.stay == 0.0 else 1.0
-    return Approach(reading, clipped_slope(approach, share, reading, full, True, dt), 0.0)
+    share, first, time = 1.0, True, 0.0
+    if extreme.clipped:
+        first = approach.time == 0.0
+        time = max(approach.time, extreme.stay) + dt
+    elif extreme.stay == 0.0:
+        share = LEAST_SLOPE
+    full = AT_FULL_SCALE * min(extreme.up, extreme.down)
+    return Approach(reading, clipped_slope(approach, share, reading, full, first, dt), time)
 
 
-@kernel
+@noinline
 def mean_beyond(approach: Approach, dt: float) -> Vec3:
-    """The mean excess that the last reading, of ``dt`` seconds, leaves out; at most as much as it reads."""
-    if approach.time == 0.0:
-        return ZERO
+    """The mean excess that the last reading, of ``dt`` seconds, beyond full scale, leaves out; at most as much as it
+    reads."""
     beyond = scale(approach.slope, (approach.time - 0.5 * dt) / 3.0)
     size, most = norm(beyond), norm(approach.last)
     return scale(beyond, most / size) if size > most else beyond

@@ -133,16 +133,17 @@ def inflate(at: int, lane: int, guard: Guard, sample: ConditionedSample) -> None
 
 @compiled_only
 def step_accelerated(at: int, lane: int, guard: Guard, sample: ConditionedSample) -> None:
-    """``driver.step_accelerated`` of one lane."""
+    """``driver.gate_acceleration`` and ``driver.step`` of one lane."""
     settings = Settings(hooks.load_params(at, lane), guard)
-    hooks.store(at, lane, driver.step_accelerated(settings, sample, hooks.load(at, lane)))
+    run = driver.gate_acceleration(settings, sample, hooks.load(at, lane))
+    hooks.store(at, lane, driver.step(settings, sample, run))
 
 
 @compiled_only
 def step_plain(at: int, lane: int, guard: Guard, sample: ConditionedSample) -> None:
-    """``driver.step_plain`` of one lane."""
+    """``driver.accept_force`` and ``driver.step`` of one lane."""
     settings = Settings(hooks.load_params(at, lane), guard)
-    hooks.store(at, lane, driver.step_plain(settings, sample, hooks.load(at, lane)))
+    hooks.store(at, lane, driver.step(settings, sample, driver.accept_force(sample, hooks.load(at, lane))))
 
 
 @compiled_only

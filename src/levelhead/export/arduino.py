@@ -4,13 +4,17 @@ from collections.abc import Mapping
 
 from levelhead.axis_map import IDENTITY
 from levelhead.export.c_api import ANY_FILTER, CApi
-from levelhead.export.chips import SketchChip, find_chip, start_lines
+from levelhead.export.chips import SketchChip, find_chip
 from levelhead.export.config import ExportConfig
 from levelhead.export.layout import template
+from levelhead.export.magnetometers import field_reader, find_magnetometer
+from levelhead.export.register_writes import write_calls
 from levelhead.units import GRAVITY
 
 NEEDS = "// Needs {0}.h and {0}.c in the sketch's folder; exported with --arduino they are a library.\n"
 READINGS = "t [s],gyr_x [rad/s],gyr_y [rad/s],gyr_z [rad/s],acc_x [m/s^2],acc_y [m/s^2],acc_z [m/s^2]"
+ANSWERS = ",board_qw,board_qx,board_qy,board_qz"
+FIELD = ",mag_x [uT],mag_y [uT],mag_z [uT]"
 
 
 RAW = """  for (int k = 0; k < 3; k++) {
@@ -18,6 +22,10 @@ RAW = """  for (int k = 0; k < 3; k++) {
   }
   for (int k = 0; k < 3; k++) {
     print_value(acc[k], 5);
+  }"""
+RAW_FIELD = """
+  for (int k = 0; k < 3; k++) {
+    print_value(mag[k], 3);
   }"""
 WAIT = """  Serial.println(F("# keep still"));
   while (!calibrate()) {
@@ -44,6 +52,7 @@ def sketch(api: CApi, boards: str, beside: bool) -> str:
     return template("sketch.ino").substitute(
         api.common_gaps()
         | (_axis(config) if config.axis else _imu(config))
+        | _field(config, chip)
         | _bias(config)
         | _chip(chip)
         | {
@@ -51,7 +60,7 @@ def sketch(api: CApi, boards: str, beside: bool) -> str:
             "acc_range": f"{acc_range:g}",
             "gyr_count": f"{chip.gyr[gyr_range]:.8g}",
             "acc_count": f"{chip.acc[acc_range]:.8g}",
-            "start_lines": "\n    && ".join(start_lines(chip, gyr_range, acc_range)),
+            "start_lines": "\n    && ".join(write_calls("CHIP", chip.start(gyr_range, acc_range))),
             "include": f'"{name}.h"' if beside else f"<{name}.h>",
             "boards": boards,
             "where": NEEDS.format(name) if beside else "",
@@ -81,6 +90,19 @@ def _chip(chip: SketchChip) -> dict[str, object]:
     }
 
 
+def _field(config: ExportConfig, chip: SketchChip) -> dict[str, str]:
+    """The magnetometer, where the board has one and the filter uses it."""
+    found = find_magnetometer(config, chip.name)
+    if found is None:
+        return {"field": "", "starts_field": "", "mag": ""}
+    lines = ["float mag[3];", "if (!read_field(mag)) {", "  mag[0] = mag[1] = mag[2] = NAN;", "}"]
+    return {
+        "field": field_reader(found),
+        "starts_field": " || !start_field()",
+        "mag": "".join(f"  {line}\n" for line in lines),
+    }
+
+
 def _bias(config: ExportConfig) -> dict[str, str]:
     """The gyroscope's bias is read off at the start, unless the filter or its calibration has it already."""
     if config.prior is not None or config.calibration is not None:
@@ -95,12 +117,12 @@ def _bias(config: ExportConfig) -> dict[str, str]:
     }
 
 
-def _log_inputs(config: ExportConfig, given: str) -> str:
+def _log_inputs(config: ExportConfig, given: str, field: bool) -> str:
     """The filter's input, into the log."""
     if not config.corrects:
-        return RAW
-    lines = [f"  const {ANY_FILTER}_readings fed = {ANY_FILTER}_corrected(&filter, {given}, NULL);"]
-    for name, digits in (("gyr", 6), ("acc", 5)):
+        return RAW + RAW_FIELD if field else RAW
+    lines = [f"  const {ANY_FILTER}_readings fed = {ANY_FILTER}_corrected(&filter, {given});"]
+    for name, digits in (("gyr", 6), ("acc", 5), *([("mag", 3)] if field else [])):
         lines += [f"  print_value({_narrow(f'fed.{name}.{axis}', config.real)}, {digits});" for axis in "xyz"]
     return "\n".join(lines)
 
@@ -116,10 +138,13 @@ def _axes_remark(config: ExportConfig) -> str:
 
 def _imu(config: ExportConfig) -> dict[str, str]:
     name, real = ANY_FILTER, config.real
-    convert = f"const {real} g[3] = {{gyr[0], gyr[1], gyr[2]}}, a[3] = {{acc[0], acc[1], acc[2]}};"
-    given = ("g", "a") if real == "double" else ("gyr", "acc")
-    update = [f"  {convert}"] if real == "double" else []
-    update.append(f"  {name}_update(&filter, {given[0]}, {given[1]}, NULL, {_seconds(real)});")
+    field = find_magnetometer(config, find_chip(config.chip).name) is not None
+    read = ["gyr", "acc", *(["mag"] if field else [])]
+    wide = ", ".join(f"{one[0]}[3] = {{{one}[0], {one}[1], {one}[2]}}" for one in read)
+    update = [f"  const double {wide};"] if real == "double" else []
+    taken = [one[0] if real == "double" else one for one in read]
+    given = ", ".join(taken if field else [*taken, "NULL"])
+    update.append(f"  {name}_update(&filter, {given}, {_seconds(real)});")
     parts = [f"  const {name}_output out = {name}_read(&filter);"]
     for axis in "wxyz":
         parts.append(f"  print_value({_narrow(f'out.quat.{axis}', real)}, 6);")
@@ -129,10 +154,10 @@ def _imu(config: ExportConfig) -> dict[str, str]:
         "own": "board_q           ",
         "now": "",
         "mounted": _axes_remark(config),
-        "fed": _log_inputs(config, ", ".join(given)),
+        "fed": _log_inputs(config, given, field),
         "init": f"  {name}_init(&filter);",
         "update": "\n".join(update),
-        "head": f"{READINGS},board_qw,board_qx,board_qy,board_qz{',board_health' if healthy else ''}",
+        "head": f"{READINGS}{FIELD if field else ''}{ANSWERS}{',board_health' if healthy else ''}",
         "print": "\n".join(parts),
     }
 

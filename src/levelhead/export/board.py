@@ -11,9 +11,11 @@ from dataclasses import dataclass, replace
 from levelhead.errors import LevelheadError, nearest
 from levelhead.export.axis_api import AxisApi
 from levelhead.export.c_api import MACHINES
+from levelhead.export.chips import find_chip
 from levelhead.export.config import LEAN, ExportConfig
 from levelhead.export.imu_api import ImuApi
 from levelhead.export.kinds import Machine
+from levelhead.export.magnetometers import find_magnetometer
 
 
 @dataclass(frozen=True)
@@ -38,6 +40,7 @@ BOARDS = {  # flash less the boot loader; data sheets of the chips and boards.tx
     "esp32": TargetBoard("ESP32", 1_310_720, 327_680, WORD32),
 }
 SKETCH_FLASH, SKETCH_RAM, SKETCH_STACK = 9_500, 490, 260  # of Wire, Serial and the sketch itself, on an AVR
+FIELD_FLASH, FIELD_RAM, FIELD_STACK = 1_400, 16, 40  # of the magnetometer, more
 OPERATION, MOVE = 20, 34  # bytes of flash, of an operation in software with its operands, and of a number moved
 AXIS_FLASH, AXIS_STACK = 6_300, 280  # of the largest filter of one axis
 SYSTEM32 = 8_192  # bytes of RAM that a core of 32 bits keeps for itself, at least
@@ -70,6 +73,8 @@ def memory(api: Api, board: TargetBoard) -> Memory:
         flash, stack = OPERATION * operations + MOVE * moves, 240 + operations // 7
     if board.machine is not AVR:
         return Memory(flash, filter_size + SYSTEM32, 2 * stack)
+    if find_magnetometer(api.config, find_chip(api.config.chip).name):
+        flash, filter_size, stack = flash + FIELD_FLASH, filter_size + FIELD_RAM, stack + FIELD_STACK
     return Memory(flash + SKETCH_FLASH, filter_size + SKETCH_RAM, stack + SKETCH_STACK)
 
 

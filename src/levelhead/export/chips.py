@@ -5,24 +5,17 @@ from their data sheets, register by register.
 """
 
 import functools
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from typing import NamedTuple
 
 from levelhead.errors import LevelheadError, nearest
-from levelhead.sources.sensors import icm20948, lsm6dso32, mpu6050
-from levelhead.sources.sensors.bus import Port
+from levelhead.export.magnetometers import LIS3MDL_BOARD
+from levelhead.export.register_writes import Write, WriteRecorder
+from levelhead.sources.sensors import icm20948, lsm6dso32, lsm6dsox, mpu6050, mpu9250
 from levelhead.sources.sensors.fifo_imu import ChipSettings, Counts, FifoChip, Registers
 from levelhead.units import DEGREE, GRAVITY
 
 RATE = 100.0  # Hz, of the sketch
-
-
-class Write(NamedTuple):
-    """One byte into a register, and the wait behind it."""
-
-    register: int
-    value: int
-    wait: int = 0  # ms
 
 
 class Layout(NamedTuple):
@@ -59,30 +52,12 @@ class SketchChip(NamedTuple):
     layout: Layout
 
 
-class _Recorder(Port):
-    """Notes what a driver writes."""
-
-    def __init__(self) -> None:
-        self.writes: list[Write] = []
-        self.identity = (0, 0, 0)
-        self.wait = self._note_wait
-
-    def write(self, register: int, value: int) -> None:
-        self.writes.append(Write(register, value))
-
-    def expect(self, register: int, identity: int, mask: int = 0xFF) -> None:
-        self.identity = (register, identity, mask)
-
-    def _note_wait(self, seconds: float) -> None:
-        self.writes[-1] = self.writes[-1]._replace(wait=round(1000.0 * seconds))
-
-
 def _driven(chip: FifoChip, source: str) -> SketchChip:
     """A chip that levelhead drives, as its driver has it."""
     rate = min(one for one in chip.rates if one >= RATE)
 
-    def record(gyr: float, acc: float) -> _Recorder:
-        recorder = _Recorder()
+    def record(gyr: float, acc: float) -> WriteRecorder:
+        recorder = WriteRecorder()
         chip.configure(recorder, ChipSettings(rate, chip.gyr_codes[gyr], chip.acc_codes[acc]))
         return recorder
 
@@ -115,16 +90,7 @@ def _indices(words: list[int], counts: Counts) -> tuple[int, int, int]:
     return words.index(x), words.index(y), words.index(z)
 
 
-INVENSENSE = Layout(0x3B, 7, False, (4, 5, 6), (0, 1, 2))
-GYR_INVENSENSE = {250.0: DEGREE / 131.0, 500.0: DEGREE / 65.5, 1000.0: DEGREE / 32.8, 2000.0: DEGREE / 16.4}
 ACC_16384 = {2.0: GRAVITY / 16384.0, 4.0: GRAVITY / 8192.0, 8.0: GRAVITY / 4096.0, 16.0: GRAVITY / 2048.0}
-
-
-def _start_mpu9250(gyr: float, acc: float) -> list[Write]:
-    """Registers 107, 26, 25, 27, 28 and 29: low-passes of 41 and 45 Hz, 100 samples a second."""
-    gyr_code, acc_code = list(GYR_INVENSENSE).index(gyr) << 3, list(ACC_16384).index(acc) << 3
-    return [Write(0x6B, 0x80, 100), Write(0x6B, 0x01), Write(0x1A, 0x03), Write(0x19, 9), Write(0x1B, gyr_code),
-            Write(0x1C, acc_code), Write(0x1D, 0x03)]  # fmt: skip
 
 
 def _start_lsm6ds3(gyr: float, acc: float) -> list[Write]:
@@ -162,8 +128,8 @@ def chips() -> dict[str, SketchChip]:
         _driven(mpu6050.CHIP, "InvenSense RM-MPU-6000A-00, rev. 4.2"),
         _driven(icm20948.CHIP, "TDK DS-000189"),
         _driven(lsm6dso32.CHIP, "ST DocID032891"),
-        SketchChip("MPU-9250", 0x68, "InvenSense RM-MPU-9250A-00, rev. 1.6", (0x75, 0x71, 0xFF), GYR_INVENSENSE,
-                   ACC_16384, _start_mpu9250, INVENSENSE),
+        _driven(lsm6dsox.CHIP, "ST DS12814"),
+        _driven(mpu9250.CHIP, "InvenSense RM-MPU-9250A-00, rev. 1.6"),
         SketchChip("LSM6DS3", 0x6A, "ST DocID026899, rev. 10", (0x0F, 0x69, 0xFF), GYR_ST, ACC_ST, _start_lsm6ds3,
                    Layout(0x22, 6, True, (0, 1, 2), (3, 4, 5))),
         SketchChip("BMI160", 0x68, "Bosch BST-BMI160-DS000", (0x00, 0xD1, 0xFF), GYR_BOSCH, ACC_16384, _start_bmi160,
@@ -172,7 +138,8 @@ def chips() -> dict[str, SketchChip]:
                    dict.fromkeys(GYR_BOSCH, DEGREE / 16.0), dict.fromkeys(ACC_16384, 0.01), _start_bno055,
                    Layout(0x08, 9, True, (6, 7, 8), (0, 1, 2))),
     ]  # fmt: skip
-    return {chip.name: chip for chip in found}
+    boards = [chip._replace(name=f"{chip.name}{LIS3MDL_BOARD}") for chip in found if chip.name.startswith("LSM6DS")]
+    return {chip.name: chip for chip in [*found, *boards]}
 
 
 def find_chip(name: str) -> SketchChip:
@@ -194,9 +161,3 @@ def _plain(name: str) -> str:
 def file_stem(chip: SketchChip) -> str:
     """Of the sketch: mpu6050."""
     return _plain(chip.name)
-
-
-def start_lines(chip: SketchChip, gyr: float, acc: float) -> Iterator[str]:
-    """The calls that wake a chip, one a line."""
-    for one in chip.start(gyr, acc):
-        yield f"write_register(0x{one.register:02X}, 0x{one.value:02X}{f', {one.wait}' if one.wait else ''})"

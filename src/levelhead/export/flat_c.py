@@ -3,11 +3,27 @@
 import ast
 import re
 from collections.abc import Sequence
+from itertools import combinations
 
 from levelhead.compiler.mark import KernelFunction
 from levelhead.export.constants import Constants
-from levelhead.export.graph import ARRAY, BOOL, FLOAT, INT, Branch, Call, Item, Items, Loop, Operand, Place, Put, Store
-from levelhead.export.kinds import RESERVED, variable
+from levelhead.export.graph import (
+    ARRAY,
+    BOOL,
+    FLOAT,
+    INT,
+    Branch,
+    Call,
+    Item,
+    Items,
+    Loop,
+    Operand,
+    Place,
+    Put,
+    Store,
+    are_exclusive,
+)
+from levelhead.export.kinds import RESERVED, count_numbers, variable
 from levelhead.export.layout import STEP, comment, docstring, wrap_line
 from levelhead.export.liveness import Liveness
 from levelhead.export.plan import ATOMS, StatementPlan
@@ -153,7 +169,8 @@ class Writer:
                 given.append(f"{constant}{self.types.real} {address(node.shape, variable(node.content))}")
             elif node in self.live.nodes:
                 given.append(f"{self.kind(node.kind)} {variable(node.content)}")
-        static = "static" if procedure in self.outer - self.alone else "static LH_CALLED"
+        rare = hasattr(procedure.function, "__noinline__") or procedure in self.alone
+        static = "static" if procedure in self.outer - self.alone else f"static {'LH_RARE' if rare else 'LH_CALLED'}"
         if self.inline and procedure not in self.outer and not hasattr(procedure.function, "__noinline__"):
             static = "LH_INLINE"
         return f"{static} {self.result_type(procedure)} {procedure.name}({', '.join(given) or 'void'})"
@@ -201,19 +218,27 @@ class Body:
 
     def _clear(self) -> str:
         """The record that only gets numbers, most of them 0: its bytes are cleared, and only the others are stored."""
-        items = self._plan.items[self._procedure.graph.body]
-        stores = [item for item in items if isinstance(item, Store)]
-        roots = {item.place.root for item in stores} & self._procedure.by_place.keys()
+        items = list(self._plan.walk(self._procedure.graph.body))
+        blocks: dict[Place, list[Items]] = {}
+        for block, item in items:
+            if isinstance(item, Store):
+                blocks.setdefault(item.place, []).append(block)
+        stores = [item for _, item in items if isinstance(item, Store)]
+        roots = {place.root for place in blocks} & self._procedure.by_place.keys()
         zeros = sum(map(_is_zero, stores))
-        written_only = not any(isinstance(item, Call | Branch | Loop | Put) for item in items) and len(roots) == 1
         if (
-            not written_only
+            any(isinstance(item, Call | Loop | Put) for _, item in items)
+            or len(roots) != 1
             or 2 * zeros < len(stores)
             or zeros < LEAST_CLEARED
             or self._writer.loads(self._procedure, *roots)
+            or not all(are_exclusive(*two) for some in blocks.values() for two in combinations(some, 2))
         ):
             return ""
         (root,) = roots
+        whole = count_numbers(self._writer.types.struct(self._procedure.by_place[root]))
+        if root not in self._procedure.outputs and len(blocks) != whole:
+            return ""  # something of it stays as it is
         name = variable(root)
         self._emit(f"unsigned char *const bytes = (unsigned char *){name};", STEP)
         self._emit(f"for (unsigned i = 0; i < sizeof *{name}; i++) {{", STEP)

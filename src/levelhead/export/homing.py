@@ -4,7 +4,7 @@ Without that, a covariance that changes at every second sample would be read and
 """
 
 from levelhead.export.graph import Branch, Call, Item, Items, Loop, Operand, Place, Store, items_within
-from levelhead.export.procedures import Procedure, outer_place
+from levelhead.export.procedures import Procedure, mentioned, outer_place
 
 
 def home_phis(procedure: Procedure) -> None:
@@ -20,7 +20,9 @@ def _home(procedure: Procedure, block: Items, store: Store) -> None:
         return
     branch: Branch = phi.content
     first, last = block.items.index(branch), block.items.index(store)
-    if any(touches(item, store.place) for item in block.items[first + 1 : last]) or not _gains(phi, store.place):
+    if any(touches(item, store.place) for item in block.items[first + 1 : last]) or not (
+        _is_only_stored(procedure, phi, store) or _gains(phi, store.place)
+    ):
         return
     block.items.remove(store)
     inner = []
@@ -34,6 +36,13 @@ def _home(procedure: Procedure, block: Items, store: Store) -> None:
     procedure.graph.loads.append(phi)
     for arm, one in inner:
         _home(procedure, arm, one)
+
+
+def _is_only_stored(procedure: Procedure, phi: Operand, store: Store) -> bool:
+    """Whether nothing but a store takes a number."""
+    return phi not in procedure.returned and not any(
+        item is not store and phi in mentioned(item) for _, item in items_within(procedure.graph.body)
+    )
 
 
 def _gains(phi: Operand, place: Place) -> bool:

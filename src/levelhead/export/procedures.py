@@ -329,9 +329,7 @@ def _note_call(made: Procedure, call: Call) -> None:
 def _used(made: Procedure) -> set[Operand]:
     """Nodes that an item or the caller takes."""
     if not made.used:
-        made.used = {node for _, item in items_within(made.graph.body) for node in _mentioned(item)} | set(
-            made.returned
-        )
+        made.used = {node for _, item in items_within(made.graph.body) for node in mentioned(item)} | set(made.returned)
     return {node for node in made.used if not isinstance(node.after, Call)}
 
 
@@ -341,7 +339,8 @@ def outer_place(call: Call, inner: Place) -> Place:
     return Place(place.root, place.members + inner.members)
 
 
-def _mentioned(item: Untyped) -> Iterator[Operand]:
+def mentioned(item: Untyped) -> Iterator[Operand]:
+    """The numbers that an item takes."""
     if isinstance(item, Operand):
         yield from item.arguments
     elif isinstance(item, Store):
@@ -408,11 +407,12 @@ def _allocates(function: KernelFunction) -> bool:
 
 
 def _operations(function: KernelFunction) -> tuple[int, list[KernelFunction]]:
-    """How many operations a kernel does itself, and what it calls, once for each place."""
+    """How many operations and constants of records a kernel has itself, and what it calls, once for each place."""
     own, called = 0, []
     for node in ast.walk(read_source(function).tree):
         own += isinstance(node, ast.BinOp | ast.Compare | ast.IfExp)
         if isinstance(node, ast.Call):
+            own += sum(isinstance(argument, ast.Constant) for argument in node.args)
             callee = resolve_name(function, node.func, function.__code__.co_varnames)
             if is_kernel(callee):
                 called.append(callee)

@@ -6,7 +6,7 @@ is left out: the slow mean replaces it in the sums for rest, and no other detect
 
 from typing import NamedTuple
 
-from levelhead.compiler.mark import kernel
+from levelhead.compiler.mark import kernel, noinline
 from levelhead.filters.health import (
     ACC_MISSING,
     ACC_SATURATED,
@@ -121,7 +121,7 @@ def update_extreme(extreme: Extreme, v: Vec3, full: float, dt: float) -> Extreme
     return update_plateau(extreme, max(x, y, z), -min(x, y, z), dt)
 
 
-@kernel
+@noinline
 def update_plateau(extreme: Extreme, high: float, low: float, dt: float) -> Extreme:
     """Whether the largest component of a reading, ``high`` upwards or ``low`` downwards, is on a plateau.
 

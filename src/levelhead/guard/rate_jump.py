@@ -31,7 +31,7 @@ class Jump(NamedTuple):
 
     rate: Vec3
     usual2: float  # (rad/s)², square of the largest change of late
-    held: Vec3  # rad/s, by which the held rate is beyond ``rate``
+    held: Vec3  # rad/s, by which the held rate is, or the last one that was held, beyond ``rate``
     held_time: float  # s that the held rate lasted; 0: none is held back
     returned: Vec3  # rad/s, that was held back of the sample before, as a rate of this one
     spikes: int  # in a row until now: what was held back of the sample before was one
@@ -76,7 +76,7 @@ def update_jump(jump: Jump, gyr: Vec3, acc: Vec3, plausible: bool, dt: float) ->
         if dot(back, back) < change2 or is_felt(held2, force2, dt):
             returned = scale(jump.held, min(jump.held_time, MOST_RETURN * dt) / dt)
             usual2 = max(held2, jump.usual2)
-            return Jump(rate=gyr, usual2=usual2, held=ZERO, held_time=0.0, returned=returned, spikes=0, force=acc)
+            return Jump(rate=gyr, usual2=usual2, held=jump.held, held_time=0.0, returned=returned, spikes=0, force=acc)
         spikes = jump.spikes + 1
     if (
         not plausible
@@ -88,4 +88,4 @@ def update_jump(jump: Jump, gyr: Vec3, acc: Vec3, plausible: bool, dt: float) ->
             rate=jump.rate, usual2=jump.usual2, held=change, held_time=dt, returned=ZERO, spikes=spikes, force=acc
         )
     usual2 = max(change2, jump.usual2 * USUAL_TIME / (USUAL_TIME + 2.0 * dt))
-    return Jump(rate=gyr, usual2=usual2, held=ZERO, held_time=0.0, returned=ZERO, spikes=spikes, force=acc)
+    return Jump(rate=gyr, usual2=usual2, held=jump.held, held_time=0.0, returned=ZERO, spikes=spikes, force=acc)

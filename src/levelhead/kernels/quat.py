@@ -187,12 +187,14 @@ def from_matrix(m: Mat3) -> Quat:
     xx, xy, xz, yx, yy, yz, zx, zy, zz = m
     trace = xx + yy + zz
     if trace >= xx and trace >= yy and trace >= zz:
-        return normalize(Quat(1.0 + trace, zy - yz, xz - zx, yx - xy))
-    if xx >= yy and xx >= zz:
-        return normalize(Quat(zy - yz, 1.0 + 2.0 * xx - trace, xy + yx, xz + zx))
-    if yy >= zz:
-        return normalize(Quat(xz - zx, xy + yx, 1.0 + 2.0 * yy - trace, yz + zy))
-    return normalize(Quat(yx - xy, xz + zx, yz + zy, 1.0 + 2.0 * zz - trace))
+        scaled = Quat(1.0 + trace, zy - yz, xz - zx, yx - xy)
+    elif xx >= yy and xx >= zz:
+        scaled = Quat(zy - yz, 1.0 + 2.0 * xx - trace, xy + yx, xz + zx)
+    elif yy >= zz:
+        scaled = Quat(xz - zx, xy + yx, 1.0 + 2.0 * yy - trace, yz + zy)
+    else:
+        scaled = Quat(yx - xy, xz + zx, yz + zy, 1.0 + 2.0 * zz - trace)
+    return normalize(scaled)
 
 
 @kernel

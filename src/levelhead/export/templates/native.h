@@ -7,7 +7,8 @@
 #include <stdint.h>
 
 #define LH_INLINE static inline __attribute__((always_inline))
-#define LH_CALLED __attribute__((noinline)) /* rare, or in many places */
+#define LH_CALLED __attribute__((noinline)) /* in many places */
+#define LH_RARE LH_CALLED
 
 /* Whether this processor has vectors of four doubles, and of eight. */
 #if defined(LH_WITH_WIDE)

@@ -24,8 +24,8 @@ lh_filter filter;
 ${now}${bias}uint32_t last;  // us
 uint32_t seconds, micro;  // since the first sample
 
-bool write_register(uint8_t reg, uint8_t value, uint16_t wait = 0) {
-  Wire.beginTransmission(CHIP);
+bool write_register(uint8_t chip, uint8_t reg, uint8_t value, uint16_t wait = 0) {
+  Wire.beginTransmission(chip);
   Wire.write(reg);
   Wire.write(value);
   const bool taken = Wire.endTransmission() == 0;
@@ -33,10 +33,10 @@ bool write_register(uint8_t reg, uint8_t value, uint16_t wait = 0) {
   return taken;
 }
 
-bool read_registers(uint8_t reg, uint8_t count) {
-  Wire.beginTransmission(CHIP);
+bool read_registers(uint8_t chip, uint8_t reg, uint8_t count) {
+  Wire.beginTransmission(chip);
   Wire.write(reg);
-  return Wire.endTransmission(false) == 0 && Wire.requestFrom(CHIP, count) == count;
+  return Wire.endTransmission(false) == 0 && Wire.requestFrom(chip, count) == count;
 }
 
 bool start_chip() {
@@ -44,12 +44,12 @@ bool start_chip() {
 }
 
 bool is_chip() {
-  return read_registers($identity, 1) && (Wire.read() & $mask) == $value;
+  return read_registers(CHIP, $identity, 1) && (Wire.read() & $mask) == $value;
 }
 
 // All output registers in one burst, so that all belong to one instant.
 bool read_chip(float gyr[3], float acc[3]) {
-  if (!read_registers($first, $bytes)) {
+  if (!read_registers(CHIP, $first, $bytes)) {
     return false;
   }
   int16_t counts[$words];
@@ -64,11 +64,11 @@ bool read_chip(float gyr[3], float acc[3]) {
   return true;
 }
 
-${still}void setup() {
+${field}${still}void setup() {
   Serial.begin(500000);  // exact on every board, and fast enough for 100 lines a second
   Wire.begin();
   Wire.setClock(400000);
-  while (!is_chip() || !start_chip()) {
+  while (!is_chip() || !start_chip()$starts_field) {
     Serial.println(F("# no $chip answers at $address: check wiring and address"));
     delay(1000);
   }
@@ -100,7 +100,7 @@ void loop() {
     gyr[k] = there ? $unbiased : NAN;
     acc[k] = there ? acc[k] : NAN;
   }
-$update
+$mag$update
   char stamp[24];
   snprintf(stamp, sizeof stamp, "%lu.%06lu", (unsigned long)seconds, (unsigned long)micro);
   Serial.print(stamp);

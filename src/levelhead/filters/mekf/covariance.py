@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-from levelhead.compiler.mark import kernel
+from levelhead.compiler.mark import kernel, noinline
 from levelhead.filters.mekf.params import EKF
 from levelhead.kernels.mat3 import Mat3
 from levelhead.kernels.tilt import after_gap, bias_after_gap
@@ -103,7 +103,7 @@ def predict(p: Cov, r: Mat3, turn: float, walk: float, dt: float) -> Cov:
     )
 
 
-@kernel
+@noinline
 def across_gap(params: EKF, p: Cov, dt: float) -> Cov:
     """P after a gap of ``dt`` seconds: the attitude may have changed by any turn, and is independent of the bias."""
     start = params.bias_start * DEGREE
@@ -139,7 +139,7 @@ def update(
     )  # fmt: skip
 
 
-@kernel
+@noinline
 def inflate_attitude(p: Cov, tilt_variance: float, heading_variance: float) -> Cov:
     """Adds these variances (rad²) to tilt and heading, and makes attitude and bias independent."""
     return Cov(

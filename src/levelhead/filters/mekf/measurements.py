@@ -114,10 +114,11 @@ def update_tilt(params: EKF, correction: Correction, force: Vec3, sums: Sums, re
     acc_time = min(sums.acc_time, LONGEST_INTERVAL)
     r = (still * still + params.acc_motion * params.acc_motion * sums.int_deviation2 / sums.acc_time) / acc_time
     square = x * x + y * y
-    if square > params.gate * params.gate * (max(p.axx, p.ayy) + r):
-        rejected += sums.time
-        if not has_elapsed(rejected, sums.time, params.gate_time):
-            return Gated(correction, rejected)
+    beyond = square > params.gate * params.gate * (max(p.axx, p.ayy) + r)
+    rejected += sums.time
+    if beyond and not has_elapsed(rejected, sums.time, params.gate_time):
+        return Gated(correction, rejected)
+    if beyond:
         p = inflate_attitude(p, square, square)  # an estimate with such a tilt error has no heading either
     correction = update(Correction(ZERO, correction.bias, p), p.axx, p.axy, p.axz, p.cxx, p.cxy, p.cxz, p.axx + r, x)
     p = correction.p
@@ -131,10 +132,11 @@ def update_heading(params: EKF, correction: Correction, sums: Sums, rejected: fl
     innovation = heading_innovation(sums.east, sums.north) - correction.turn.z
     r = params.mag_noise * params.mag_noise * (DEGREE * DEGREE) / min(sums.time, LONGEST_INTERVAL)
     square = innovation * innovation
-    if square > params.gate * params.gate * (p.azz + r):
-        rejected += sums.time
-        if not has_elapsed(rejected, sums.time, params.gate_time):
-            return Gated(correction, rejected)
+    beyond = square > params.gate * params.gate * (p.azz + r)
+    rejected += sums.time
+    if beyond and not has_elapsed(rejected, sums.time, params.gate_time):
+        return Gated(correction, rejected)
+    if beyond:
         p = inflate_attitude(p, 0.0, square)
         correction = Correction(correction.turn, correction.bias, p)
     after = update(correction, p.axz, p.ayz, p.azz, p.czx, p.czy, p.czz, p.azz + r, innovation)

@@ -61,9 +61,11 @@ static double lh_root(double x)
 #endif
 
 #if defined(__GNUC__)
-#define LH_CALLED __attribute__((noinline)) /* rare, or in many places: it is to stay small */
+#define LH_CALLED __attribute__((noinline)) /* in many places */
+#define LH_RARE __attribute__((noinline, cold)) /* few samples reach it: it is to stay small */
 #else
 #define LH_CALLED
+#define LH_RARE
 #endif
 
 typedef lh_kalman_axis_params Kalman;

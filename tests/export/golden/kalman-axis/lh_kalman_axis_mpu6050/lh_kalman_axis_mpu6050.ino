@@ -27,8 +27,8 @@ float bias[3];  // rad/s
 uint32_t last;  // us
 uint32_t seconds, micro;  // since the first sample
 
-bool write_register(uint8_t reg, uint8_t value, uint16_t wait = 0) {
-  Wire.beginTransmission(CHIP);
+bool write_register(uint8_t chip, uint8_t reg, uint8_t value, uint16_t wait = 0) {
+  Wire.beginTransmission(chip);
   Wire.write(reg);
   Wire.write(value);
   const bool taken = Wire.endTransmission() == 0;
@@ -36,29 +36,29 @@ bool write_register(uint8_t reg, uint8_t value, uint16_t wait = 0) {
   return taken;
 }
 
-bool read_registers(uint8_t reg, uint8_t count) {
-  Wire.beginTransmission(CHIP);
+bool read_registers(uint8_t chip, uint8_t reg, uint8_t count) {
+  Wire.beginTransmission(chip);
   Wire.write(reg);
-  return Wire.endTransmission(false) == 0 && Wire.requestFrom(CHIP, count) == count;
+  return Wire.endTransmission(false) == 0 && Wire.requestFrom(chip, count) == count;
 }
 
 bool start_chip() {
-  return write_register(0x6B, 0x80, 100)
-    && write_register(0x6B, 0x01)
-    && write_register(0x1A, 0x03)
-    && write_register(0x19, 0x09)
-    && write_register(0x1B, 0x08)
-    && write_register(0x1C, 0x08)
-    && write_register(0x23, 0x78);
+  return write_register(CHIP, 0x6B, 0x80, 100)
+    && write_register(CHIP, 0x6B, 0x01)
+    && write_register(CHIP, 0x1A, 0x03)
+    && write_register(CHIP, 0x19, 0x09)
+    && write_register(CHIP, 0x1B, 0x08)
+    && write_register(CHIP, 0x1C, 0x08)
+    && write_register(CHIP, 0x23, 0x78);
 }
 
 bool is_chip() {
-  return read_registers(0x75, 1) && (Wire.read() & 0x7E) == 0x68;
+  return read_registers(CHIP, 0x75, 1) && (Wire.read() & 0x7E) == 0x68;
 }
 
 // All output registers in one burst, so that all belong to one instant.
 bool read_chip(float gyr[3], float acc[3]) {
-  if (!read_registers(0x3B, 14)) {
+  if (!read_registers(CHIP, 0x3B, 14)) {
     return false;
   }
   int16_t counts[7];

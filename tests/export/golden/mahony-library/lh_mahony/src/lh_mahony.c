@@ -61,9 +61,11 @@ static float lh_root(float x)
 #endif
 
 #if defined(__GNUC__)
-#define LH_CALLED __attribute__((noinline)) /* rare, or in many places: it is to stay small */
+#define LH_CALLED __attribute__((noinline)) /* in many places */
+#define LH_RARE __attribute__((noinline, cold)) /* few samples reach it: it is to stay small */
 #else
 #define LH_CALLED
+#define LH_RARE
 #endif
 
 typedef lh_mahony_params Mahony;
@@ -167,6 +169,9 @@ static const float FULL_SCALE_CLIPPED_SHARE = 0.4f; /* 1σ of what is beyond ful
 static const float FULL_SCALE_LEAST_SLOPE = 0.8f;
 static const float FULL_SCALE_STEEPER = 2.0f; /* at most */
 
+static const float UNITS_GRAVITY = 9.80665f; /* m/s², standard gravity (CGPM 1901) */
+static const float UNITS_DEGREE = 0.017453292f; /* math.pi / 180.0: rad */
+
 static const float TRIG_TAN_22 = 0.41421357f; /* tan π/8 */
 static const float TRIG_TAN_67 = 2.4142137f; /* tan 3π/8 */
 /* π/4; its multiples up to 4 are exact, and above π by 2.8e-8 of themselves: */
@@ -178,29 +183,6 @@ static const float TRIG_ROUND = 12582912.0f; /* 1.5·2²³: added and taken off 
 static const float TRIG_HALF_PI_1 = 1.5703125f;
 static const float TRIG_HALF_PI_2 = 0.0004837513f;
 static const float TRIG_HALF_PI_3 = 7.54979e-08f;
-
-static const float REST_INTERVAL = 0.02f; /* s over which readings are averaged */
-static const float REST_MEAN_TIME = 0.5f; /* s, time constant of the slow means */
-/* the pace of rest of a sensor that does not move at all: noise may be a fifth of the bounds */
-static const float REST_FASTEST = 5.0f;
-/* (2.0 * DEGREE) * (2.0 * DEGREE): (rad/s)², by which a bias may differ from what is known of it */
-static const float REST_BIAS_CHANGE = 0.0012184697f;
-static const float REST_BIAS_TIME = 10.0f; /* s, time constant of the bias at rest */
-
-static const float UNITS_GRAVITY = 9.80665f; /* m/s², standard gravity (CGPM 1901) */
-static const float UNITS_DEGREE = 0.017453292f; /* math.pi / 180.0: rad */
-
-/* sine below which opposite directions leave the axis of rotation undetermined */
-static const float VECTOR_ERROR_NO_AXIS = 1e-09f;
-/* (angle/2)⁴ up to which a short series is exact to the last bit or two */
-static const float VECTOR_ERROR_SHORT = 1e-06f;
-static const float VECTOR_ERROR_NEAR_UNIT = 1e-05f; /* |q|² − 1 up to which a series is exact to 1e-15 */
-
-static const float QUAT_SMALL = 0.01f; /* (angle/2)² below which series take over */
-
-/* rad²·s, of a direction: 2 τ s of a field that iron turns by 5° (1σ) for 2 s */
-static const float LOWPASS_DIRECTION_DENSITY = 0.03f;
-static const float LOWPASS_AGE_LIMIT = 1e6f; /* s: beyond this age the weight no longer depends on it */
 
 /* rad/s, m/s², µT: beyond it a reading is missing; NaN and infinity fail the comparison too */
 static const float CONDITIONING_READING_LIMIT = 1e9f;
@@ -220,6 +202,14 @@ static const float RATE_JUMP_LEVER = 0.01f; /* m, from the sensor to the axis ab
 /* times: a held rate lasts at most so much longer than the sample it is returned with */
 static const float RATE_JUMP_MOST_RETURN = 3.0f;
 
+static const float REST_INTERVAL = 0.02f; /* s over which readings are averaged */
+static const float REST_MEAN_TIME = 0.5f; /* s, time constant of the slow means */
+/* the pace of rest of a sensor that does not move at all: noise may be a fifth of the bounds */
+static const float REST_FASTEST = 5.0f;
+/* (2.0 * DEGREE) * (2.0 * DEGREE): (rad/s)², by which a bias may differ from what is known of it */
+static const float REST_BIAS_CHANGE = 0.0012184697f;
+static const float REST_BIAS_TIME = 10.0f; /* s, time constant of the bias at rest */
+
 /* of the mean change at rest: a change that noise hardly ever makes so small */
 static const float RATE_NOISE_SMALL = 0.03f;
 static const float RATE_NOISE_SURE = 20.0f; /* p n: once in 5 · 10⁸ runs of samples */
@@ -227,6 +217,18 @@ static const float RATE_NOISE_NOISE_TIME = 10.0f; /* s of rest over which the no
 static const float RATE_NOISE_LEAST_TIME = 1.0f; /* and at least */
 /* rad/s: a rate beyond may be at full scale (the smallest is 125 °/s), where noise is cut off */
 static const float RATE_NOISE_LEAST_SCALE = 1.7f;
+
+/* rad²·s, of a direction: 2 τ s of a field that iron turns by 5° (1σ) for 2 s */
+static const float LOWPASS_DIRECTION_DENSITY = 0.03f;
+static const float LOWPASS_AGE_LIMIT = 1e6f; /* s: beyond this age the weight no longer depends on it */
+
+/* sine below which opposite directions leave the axis of rotation undetermined */
+static const float VECTOR_ERROR_NO_AXIS = 1e-09f;
+/* (angle/2)⁴ up to which a short series is exact to the last bit or two */
+static const float VECTOR_ERROR_SHORT = 1e-06f;
+static const float VECTOR_ERROR_NEAR_UNIT = 1e-05f; /* |q|² − 1 up to which a series is exact to 1e-15 */
+
+static const float QUAT_SMALL = 0.01f; /* (angle/2)² below which series take over */
 
 /* cos² of the field's dip in middle Europe: the share of a heading error that the whole field shows */
 static const float DIRECTION_FILTER_DIP_SHARE = 0.2f;
@@ -256,7 +258,7 @@ static float lh_max(float a, float b)
  */
 
 /* Before the first sample: level, not started. */
-static LH_CALLED void driver_begin(Carry *carry)
+static LH_RARE void driver_begin(Carry *carry)
 {
     unsigned char *const bytes = (unsigned char *)carry;
     for (unsigned i = 0; i < sizeof *carry; i++) {
@@ -277,8 +279,12 @@ static LH_CALLED void driver_begin(Carry *carry)
 }
 
 /* At the first sample, and at every sample until the first accelerometer reading. */
-static LH_CALLED void driver_start(const ConditionedSample *sample, FilterRun *run)
+static LH_RARE void driver_start(const ConditionedSample *sample, FilterRun *run)
 {
+    unsigned char *const bytes = (unsigned char *)run;
+    for (unsigned i = 0; i < sizeof *run; i++) {
+        bytes[i] = 0;
+    }
     /* vec3.normalize: a/|a|; the zero vector (an absent sensor), and what is too short to have a direction,
      * gives the zero vector.
      */
@@ -382,178 +388,93 @@ static LH_CALLED void driver_start(const ConditionedSample *sample, FilterRun *r
     float y_2;
     float z_2;
     if (trace >= bx_2 && trace >= ay_2 && trace >= bz) {
-        const float w_2 = 1.0f + trace;
-        const float x_3 = by - az_2;
-        const float y_3 = bz_2 - bx;
-        const float z_3 = yx - by_2;
-        /* quat.normalize: q/|q|; a zero quaternion becomes the identity. */
-        const float n_3 = sqrtf(w_2 * w_2 + x_3 * x_3 + y_3 * y_3 + z_3 * z_3);
+        w = 1.0f + trace;
+        x_2 = by - az_2;
+        y_2 = bz_2 - bx;
+        z_2 = yx - by_2;
+    } else {
         float number_7;
         float number_8;
         float number_9;
         float number_10;
-        if (n_3 > 0.0f) {
-            number_7 = w_2 / n_3;
-            number_8 = x_3 / n_3;
-            number_9 = y_3 / n_3;
-            number_10 = z_3 / n_3;
+        if (bx_2 >= ay_2 && bx_2 >= bz) {
+            number_7 = by - az_2;
+            number_8 = 1.0f + 2.0f * bx_2 - trace;
+            number_9 = by_2 + yx;
+            number_10 = bz_2 + bx;
         } else {
-            number_7 = 1.0f;
-            number_8 = 0.0f;
-            number_9 = 0.0f;
-            number_10 = 0.0f;
+            float number_11;
+            float number_12;
+            float number_13;
+            float number_14;
+            if (ay_2 >= bz) {
+                number_11 = bz_2 - bx;
+                number_12 = by_2 + yx;
+                number_13 = 1.0f + 2.0f * ay_2 - trace;
+                number_14 = az_2 + by;
+            } else {
+                number_11 = yx - by_2;
+                number_12 = bz_2 + bx;
+                number_13 = az_2 + by;
+                number_14 = 1.0f + 2.0f * bz - trace;
+            }
+            number_7 = number_11;
+            number_8 = number_12;
+            number_9 = number_13;
+            number_10 = number_14;
         }
         w = number_7;
         x_2 = number_8;
         y_2 = number_9;
         z_2 = number_10;
+    }
+    /* quat.normalize: q/|q|; a zero quaternion becomes the identity. */
+    const float n_3 = sqrtf(w * w + x_2 * x_2 + y_2 * y_2 + z_2 * z_2);
+    float w_2;
+    float x_3;
+    float y_3;
+    float z_3;
+    if (n_3 > 0.0f) {
+        w_2 = w / n_3;
+        x_3 = x_2 / n_3;
+        y_3 = y_2 / n_3;
+        z_3 = z_2 / n_3;
     } else {
-        float number_11;
-        float number_12;
-        float number_13;
-        float number_14;
-        if (bx_2 >= ay_2 && bx_2 >= bz) {
-            const float w_3 = by - az_2;
-            const float x_4 = 1.0f + 2.0f * bx_2 - trace;
-            const float y_4 = by_2 + yx;
-            const float z_4 = bz_2 + bx;
-            /* quat.normalize: q/|q|; a zero quaternion becomes the identity. */
-            const float n_4 = sqrtf(w_3 * w_3 + x_4 * x_4 + y_4 * y_4 + z_4 * z_4);
-            float number_15;
-            float number_16;
-            float number_17;
-            float number_18;
-            if (n_4 > 0.0f) {
-                number_15 = w_3 / n_4;
-                number_16 = x_4 / n_4;
-                number_17 = y_4 / n_4;
-                number_18 = z_4 / n_4;
-            } else {
-                number_15 = 1.0f;
-                number_16 = 0.0f;
-                number_17 = 0.0f;
-                number_18 = 0.0f;
-            }
-            number_11 = number_15;
-            number_12 = number_16;
-            number_13 = number_17;
-            number_14 = number_18;
-        } else {
-            float number_19;
-            float number_20;
-            float number_21;
-            float number_22;
-            if (ay_2 >= bz) {
-                const float w_4 = bz_2 - bx;
-                const float x_5 = by_2 + yx;
-                const float y_5 = 1.0f + 2.0f * ay_2 - trace;
-                const float z_5 = az_2 + by;
-                /* quat.normalize: q/|q|; a zero quaternion becomes the identity. */
-                const float n_5 = sqrtf(w_4 * w_4 + x_5 * x_5 + y_5 * y_5 + z_5 * z_5);
-                float number_23;
-                float number_24;
-                float number_25;
-                float number_26;
-                if (n_5 > 0.0f) {
-                    number_23 = w_4 / n_5;
-                    number_24 = x_5 / n_5;
-                    number_25 = y_5 / n_5;
-                    number_26 = z_5 / n_5;
-                } else {
-                    number_23 = 1.0f;
-                    number_24 = 0.0f;
-                    number_25 = 0.0f;
-                    number_26 = 0.0f;
-                }
-                number_19 = number_23;
-                number_20 = number_24;
-                number_21 = number_25;
-                number_22 = number_26;
-            } else {
-                const float w_5 = yx - by_2;
-                const float x_6 = bz_2 + bx;
-                const float y_6 = az_2 + by;
-                const float z_6 = 1.0f + 2.0f * bz - trace;
-                /* quat.normalize: q/|q|; a zero quaternion becomes the identity. */
-                const float n_6 = sqrtf(w_5 * w_5 + x_6 * x_6 + y_6 * y_6 + z_6 * z_6);
-                float number_27;
-                float number_28;
-                float number_29;
-                float number_30;
-                if (n_6 > 0.0f) {
-                    number_27 = w_5 / n_6;
-                    number_28 = x_6 / n_6;
-                    number_29 = y_6 / n_6;
-                    number_30 = z_6 / n_6;
-                } else {
-                    number_27 = 1.0f;
-                    number_28 = 0.0f;
-                    number_29 = 0.0f;
-                    number_30 = 0.0f;
-                }
-                number_19 = number_27;
-                number_20 = number_28;
-                number_21 = number_29;
-                number_22 = number_30;
-            }
-            number_11 = number_19;
-            number_12 = number_20;
-            number_13 = number_21;
-            number_14 = number_22;
-        }
-        w = number_11;
-        x_2 = number_12;
-        y_2 = number_13;
-        z_2 = number_14;
+        w_2 = 1.0f;
+        x_3 = 0.0f;
+        y_3 = 0.0f;
+        z_3 = 0.0f;
     }
     /* tilt.is_present: Whether a sensor is there: an absent one is the zero vector, and so is what is too
      * short to have a direction.
      */
-    const bool number_31 = number_5 > TILT_NO_LENGTH;
-    float n_7;
-    float number_32;
-    float number_33;
-    if (!number_31) {
-        n_7 = 0.0f;
-        number_32 = 0.0f;
-        number_33 = 0.0f;
+    const bool number_15 = number_5 > TILT_NO_LENGTH;
+    if (!number_15) {
     } else {
         /* vec3.dot: a·b */
-        const float number_34 = 2.0f * (x_2 * z_2 - w * y_2) * sample->mag.x
-            + 2.0f * (w * x_2 + y_2 * z_2) * sample->mag.y
-            + (1.0f - 2.0f * (x_2 * x_2 + y_2 * y_2)) * sample->mag.z;
-        n_7 = n_2;
-        number_32 = number_34 / n_2;
-        number_33 = FIELD_FIRST_AGE;
+        const float number_16 = 2.0f * (x_3 * z_3 - w_2 * y_3) * sample->mag.x
+            + 2.0f * (w_2 * x_3 + y_3 * z_3) * sample->mag.y
+            + (1.0f - 2.0f * (x_3 * x_3 + y_3 * y_3)) * sample->mag.z;
+        run->guard.field.norm = n_2;
+        run->guard.field.dip = number_16 / n_2;
+        run->guard.field.age = FIELD_FIRST_AGE;
     }
-    run->state.quat.w = w;
-    run->state.quat.x = x_2;
-    run->state.quat.y = y_2;
-    run->state.quat.z = z_2;
-    run->state.bias.x = 0.0f;
-    run->state.bias.y = 0.0f;
-    run->state.bias.z = 0.0f;
-    run->state.age = 0.0f;
+    if (number > TILT_NO_LENGTH) {
+        run->covariance.tilt.level = OBSERVER_COVARIANCE_IRON;
+    } else {
+        run->covariance.tilt.level = TILT_UNIFORM * TILT_UNIFORM;
+    }
+    if (number_15) {
+        run->covariance.heading.level = OBSERVER_COVARIANCE_IRON;
+    } else {
+    }
+    run->state.quat.w = w_2;
+    run->state.quat.x = x_3;
+    run->state.quat.y = y_3;
+    run->state.quat.z = z_3;
     run->health = sample->health;
-    run->guard.rest.time = 0.0f;
-    run->guard.rest.bias.x = 0.0f;
-    run->guard.rest.bias.y = 0.0f;
-    run->guard.rest.bias.z = 0.0f;
-    run->guard.rest.moved = false;
-    run->guard.rest.known = false;
-    run->guard.acc_rejected = 0.0f;
-    run->guard.field.norm = n_7;
-    run->guard.field.dip = number_32;
-    run->guard.field.age = number_33;
-    run->guard.field.rejected = 0.0f;
-    run->covariance.tilt.level = number > TILT_NO_LENGTH ? OBSERVER_COVARIANCE_IRON
-        : TILT_UNIFORM * TILT_UNIFORM;
-    run->covariance.tilt.cross = 0.0f;
     run->covariance.tilt.bias = OBSERVER_COVARIANCE_TURN_ON;
-    run->covariance.heading.level = number_31 ? OBSERVER_COVARIANCE_IRON : 0.0f;
-    run->covariance.heading.cross = 0.0f;
     run->covariance.heading.bias = OBSERVER_COVARIANCE_TURN_ON;
-    run->covariance.motion = 0.0f;
 }
 
 /* ---- detectors
@@ -563,6 +484,80 @@ static LH_CALLED void driver_start(const ConditionedSample *sample, FilterRun *r
  * Their results are the same for every run over a recording, so lanes compute them once for all. A reading that is missing
  * is left out: the slow mean replaces it in the sums for rest, and no other detector uses it.
  */
+
+/* Whether the largest component of a reading, high upwards or low downwards, is on a plateau.
+ *
+ * A body slows down before it turns round; a clipped reading goes up steeply and then stays.
+ */
+static LH_RARE void detectors_update_plateau(Extreme *extreme, float high, float low, float dt)
+{
+    float high_2;
+    float up;
+    int32_t side;
+    if (high > low) {
+        high_2 = high;
+        up = extreme->up;
+        side = 1;
+    } else {
+        high_2 = low;
+        up = extreme->down;
+        side = 2;
+    }
+    const float number = DETECTORS_PLATEAU * up;
+    const float last = extreme->last;
+    if (high_2 < number) {
+        extreme->slope = 0.0f;
+        extreme->stay = DETECTORS_NOT_STEEP;
+        extreme->clipped = (extreme->found & side) != 0 && high_2 > DETECTORS_AT_FULL * up;
+    } else {
+        const bool beyond = DETECTORS_PLATEAU * high_2 > up;
+        const int32_t found = beyond && (extreme->found & side) != 0 ? extreme->found - side : extreme->found;
+        const bool number_2 = extreme->stay >= 0.0f;
+        const float number_3 = high_2 - last;
+        float high_3;
+        float low_2;
+        int32_t found_2;
+        if (!(number_2 && number_3 < DETECTORS_CREEP * dt * high_2) && (beyond || last < number)) {
+            const float slope = lh_max(number_3, last - extreme->before) / (dt * high_2);
+            if (slope > DETECTORS_STEEP) {
+                extreme->stay = 0.0f;
+            } else {
+                extreme->stay = DETECTORS_NOT_STEEP;
+            }
+            extreme->slope = slope;
+            high_3 = high;
+            low_2 = low;
+            found_2 = found;
+        } else {
+            float up_2;
+            float down;
+            int32_t found_3;
+            if (number_2) {
+                const float stay = extreme->stay + dt;
+                const int32_t found_4 = stay + ELAPSED_SLACK * dt >= DETECTORS_PLATEAU_SECONDS
+                    && extreme->slope * stay >= DETECTORS_FLAT ? found | side : found;
+                const bool number_4 = (found_4 & side) == 0;
+                extreme->stay = stay;
+                up_2 = number_4 ? extreme->up : high;
+                down = number_4 ? extreme->down : low;
+                found_3 = found_4;
+            } else {
+                up_2 = high;
+                down = low;
+                found_3 = found;
+            }
+            high_3 = up_2;
+            low_2 = down;
+            found_2 = found_3;
+        }
+        extreme->up = lh_max(extreme->up, high_3);
+        extreme->down = lh_max(extreme->down, low_2);
+        extreme->found = found_2;
+        extreme->clipped = (found_2 & side) != 0;
+    }
+    extreme->last = high_2;
+    extreme->before = last;
+}
 
 /* Whether a reading is at full scale: full if known (not 0), else the largest one so far if it is a plateau. */
 static LH_CALLED void detectors_update_extreme(Extreme *extreme, float v_x, float v_y, float v_z, float full,
@@ -580,93 +575,19 @@ static LH_CALLED void detectors_update_extreme(Extreme *extreme, float v_x, floa
             extreme->clipped = false;
         }
     } else {
-        float largest;
-        float last;
-        bool number_2;
         if (full > 0.0f) {
             extreme->up = full;
             extreme->down = full;
-            extreme->found = 3;
+            extreme->last = 0.0f;
+            extreme->before = 0.0f;
             extreme->slope = 0.0f;
             extreme->stay = DETECTORS_NOT_STEEP;
-            largest = 0.0f;
-            last = 0.0f;
-            number_2 = lh_max(lh_max(fabsf(v_x), fabsf(v_y)), fabsf(v_z)) >= DETECTORS_PLATEAU * full;
+            extreme->found = 3;
+            extreme->clipped = lh_max(lh_max(fabsf(v_x), fabsf(v_y)), fabsf(v_z)) >= DETECTORS_PLATEAU * full;
         } else {
-            const float number_3 = lh_max(lh_max(v_x, v_y), v_z);
-            const float number_4 = -lh_min(lh_min(v_x, v_y), v_z);
-            float largest_2;
-            float up;
-            int32_t side;
-            if (number_3 > number_4) {
-                largest_2 = number_3;
-                up = extreme->up;
-                side = 1;
-            } else {
-                largest_2 = number_4;
-                up = extreme->down;
-                side = 2;
-            }
-            /* detectors.update_plateau: Whether the largest component of a reading, high upwards or low
-             * downwards, is on a plateau.
-             */
-            const float number_5 = DETECTORS_PLATEAU * up;
-            bool number_6;
-            if (largest_2 < number_5) {
-                extreme->slope = 0.0f;
-                extreme->stay = DETECTORS_NOT_STEEP;
-                number_6 = (extreme->found & side) != 0 && largest_2 > DETECTORS_AT_FULL * up;
-            } else {
-                const bool beyond = DETECTORS_PLATEAU * largest_2 > up;
-                const int32_t found = beyond && (extreme->found & side) != 0 ? extreme->found - side
-                    : extreme->found;
-                const bool number_7 = extreme->stay >= 0.0f;
-                const float number_8 = largest_2 - extreme->last;
-                float up_2;
-                float down;
-                int32_t found_2;
-                if (!(number_7 && number_8 < DETECTORS_CREEP * dt * largest_2)
-                    && (beyond || extreme->last < number_5)) {
-                    const float slope = lh_max(number_8, extreme->last - extreme->before) / (dt * largest_2);
-                    extreme->slope = slope;
-                    extreme->stay = slope > DETECTORS_STEEP ? 0.0f : DETECTORS_NOT_STEEP;
-                    up_2 = number_3;
-                    down = number_4;
-                    found_2 = found;
-                } else {
-                    float up_3;
-                    float down_2;
-                    int32_t found_3;
-                    if (number_7) {
-                        const float stay = extreme->stay + dt;
-                        const int32_t found_4 = stay + ELAPSED_SLACK * dt >= DETECTORS_PLATEAU_SECONDS
-                            && extreme->slope * stay >= DETECTORS_FLAT ? found | side : found;
-                        const bool number_9 = (found_4 & side) == 0;
-                        extreme->stay = stay;
-                        up_3 = number_9 ? extreme->up : number_3;
-                        down_2 = number_9 ? extreme->down : number_4;
-                        found_3 = found_4;
-                    } else {
-                        up_3 = number_3;
-                        down_2 = number_4;
-                        found_3 = found;
-                    }
-                    up_2 = up_3;
-                    down = down_2;
-                    found_2 = found_3;
-                }
-                extreme->up = lh_max(extreme->up, up_2);
-                extreme->down = lh_max(extreme->down, down);
-                extreme->found = found_2;
-                number_6 = (found_2 & side) != 0;
-            }
-            largest = largest_2;
-            last = extreme->last;
-            number_2 = number_6;
+            detectors_update_plateau(extreme, lh_max(lh_max(v_x, v_y), v_z), -lh_min(lh_min(v_x, v_y), v_z),
+                dt);
         }
-        extreme->last = largest;
-        extreme->before = last;
-        extreme->clipped = number_2;
     }
 }
 
@@ -680,102 +601,202 @@ static LH_CALLED void detectors_update_extreme(Extreme *extreme, float v_x, floa
  * every step.
  */
 
+/* The same of all axes; the slopes of the sample before count as this share of them. */
+static LH_RARE Vec3 full_scale_clipped_slope(const Approach *approach, float share, float reading_x,
+    float reading_y, float reading_z, float full, bool first, float dt)
+{
+    const float number = share * approach->slope.x;
+    /* full_scale.axis_slope: Slope of one axis as it reached full scale, u/s; 0 where it is below. */
+    const float number_2 = -full;
+    float number_3;
+    if (number_2 < reading_x && reading_x < full) {
+        number_3 = 0.0f;
+    } else {
+        float number_4;
+        if (!first) {
+            number_4 = number;
+        } else {
+            const float sign = reading_x > 0.0f ? 1.0f : -1.0f;
+            const float before = lh_max(sign * number, 0.0f);
+            number_4 = sign * lh_max(before,
+                lh_min(sign * (reading_x - approach->last.x) / dt, FULL_SCALE_STEEPER * before));
+        }
+        number_3 = number_4;
+    }
+    const float number_5 = share * approach->slope.y;
+    float number_6;
+    if (number_2 < reading_y && reading_y < full) {
+        number_6 = 0.0f;
+    } else {
+        float number_7;
+        if (!first) {
+            number_7 = number_5;
+        } else {
+            const float sign_2 = reading_y > 0.0f ? 1.0f : -1.0f;
+            /* full_scale.axis_slope: Slope of one axis as it reached full scale, u/s; 0 where it is below. */
+            const float before_2 = lh_max(sign_2 * number_5, 0.0f);
+            number_7 = sign_2 * lh_max(before_2,
+                lh_min(sign_2 * (reading_y - approach->last.y) / dt, FULL_SCALE_STEEPER * before_2));
+        }
+        number_6 = number_7;
+    }
+    const float number_8 = share * approach->slope.z;
+    float number_9;
+    if (number_2 < reading_z && reading_z < full) {
+        number_9 = 0.0f;
+    } else {
+        float number_10;
+        if (!first) {
+            number_10 = number_8;
+        } else {
+            const float sign_3 = reading_z > 0.0f ? 1.0f : -1.0f;
+            /* full_scale.axis_slope: Slope of one axis as it reached full scale, u/s; 0 where it is below. */
+            const float before_3 = lh_max(sign_3 * number_8, 0.0f);
+            number_10 = sign_3 * lh_max(before_3,
+                lh_min(sign_3 * (reading_z - approach->last.z) / dt, FULL_SCALE_STEEPER * before_3));
+        }
+        number_9 = number_10;
+    }
+    const Vec3 found = {number_3, number_6, number_9};
+    return found;
+}
+
 /* After a reading that lasts dt seconds; a plateau is known for full scale only when it has lasted. */
 static LH_CALLED void full_scale_update_approach(Approach *approach, const Extreme *extreme, float reading_x,
     float reading_y, float reading_z, float dt)
 {
-    const float full = FULL_SCALE_AT_FULL_SCALE * lh_min(extreme->up, extreme->down);
-    float number;
-    if (extreme->clipped) {
-        const bool number_2 = approach->time == 0.0f;
-        /* full_scale.axis_slope: Slope of one axis as it reached full scale, u/s; 0 where it is below. */
-        const float number_3 = -full;
-        if (number_3 < reading_x && reading_x < full) {
-            approach->slope.x = 0.0f;
-        } else {
-            if (!!number_2) {
-                const float sign = reading_x > 0.0f ? 1.0f : -1.0f;
-                const float before = lh_max(sign * approach->slope.x, 0.0f);
-                approach->slope.x = sign * lh_max(before,
-                    lh_min(sign * (reading_x - approach->last.x) / dt, FULL_SCALE_STEEPER * before));
-            }
-        }
-        if (number_3 < reading_y && reading_y < full) {
-            approach->slope.y = 0.0f;
-        } else {
-            if (!!number_2) {
-                const float sign_2 = reading_y > 0.0f ? 1.0f : -1.0f;
-                const float before_2 = lh_max(sign_2 * approach->slope.y, 0.0f);
-                approach->slope.y = sign_2
-                    * lh_max(before_2, lh_min(sign_2 * (reading_y - approach->last.y) / dt,
-                    FULL_SCALE_STEEPER * before_2));
-            }
-        }
-        if (number_3 < reading_z && reading_z < full) {
-            approach->slope.z = 0.0f;
-        } else {
-            if (!!number_2) {
-                const float sign_3 = reading_z > 0.0f ? 1.0f : -1.0f;
-                const float before_3 = lh_max(sign_3 * approach->slope.z, 0.0f);
-                approach->slope.z = sign_3
-                    * lh_max(before_3, lh_min(sign_3 * (reading_z - approach->last.z) / dt,
-                    FULL_SCALE_STEEPER * before_3));
-            }
-        }
-        number = lh_max(approach->time, extreme->stay) + dt;
+    if (extreme->stay < 0.0f && !extreme->clipped) {
+        const float number = 1.0f / dt;
+        approach->slope.x = (reading_x - approach->last.x) * number;
+        approach->slope.y = (reading_y - approach->last.y) * number;
+        approach->slope.z = (reading_z - approach->last.z) * number;
+        approach->time = 0.0f;
     } else {
-        float number_4;
-        float number_5;
-        float number_6;
-        if (extreme->stay < 0.0f) {
-            const float number_7 = 1.0f / dt;
-            number_4 = (reading_x - approach->last.x) * number_7;
-            number_5 = (reading_y - approach->last.y) * number_7;
-            number_6 = (reading_z - approach->last.z) * number_7;
+        float number_2;
+        bool first;
+        if (extreme->clipped) {
+            const float time = approach->time;
+            approach->time = lh_max(time, extreme->stay) + dt;
+            number_2 = 1.0f;
+            first = time == 0.0f;
         } else {
-            const float share = extreme->stay == 0.0f ? FULL_SCALE_LEAST_SLOPE : 1.0f;
-            /* full_scale.axis_slope: Slope of one axis as it reached full scale, u/s; 0 where it is below. */
-            const float number_8 = -full;
-            float number_9;
-            if (number_8 < reading_x && reading_x < full) {
-                number_9 = 0.0f;
-            } else {
-                const float sign_4 = reading_x > 0.0f ? 1.0f : -1.0f;
-                const float before_4 = lh_max(sign_4 * (share * approach->slope.x), 0.0f);
-                number_9 = sign_4 * lh_max(before_4,
-                    lh_min(sign_4 * (reading_x - approach->last.x) / dt, FULL_SCALE_STEEPER * before_4));
-            }
-            float number_10;
-            if (number_8 < reading_y && reading_y < full) {
-                number_10 = 0.0f;
-            } else {
-                const float sign_5 = reading_y > 0.0f ? 1.0f : -1.0f;
-                const float before_5 = lh_max(sign_5 * (share * approach->slope.y), 0.0f);
-                number_10 = sign_5 * lh_max(before_5,
-                    lh_min(sign_5 * (reading_y - approach->last.y) / dt, FULL_SCALE_STEEPER * before_5));
-            }
-            float number_11;
-            if (number_8 < reading_z && reading_z < full) {
-                number_11 = 0.0f;
-            } else {
-                const float sign_6 = reading_z > 0.0f ? 1.0f : -1.0f;
-                const float before_6 = lh_max(sign_6 * (share * approach->slope.z), 0.0f);
-                number_11 = sign_6 * lh_max(before_6,
-                    lh_min(sign_6 * (reading_z - approach->last.z) / dt, FULL_SCALE_STEEPER * before_6));
-            }
-            number_4 = number_9;
-            number_5 = number_10;
-            number_6 = number_11;
+            approach->time = 0.0f;
+            number_2 = extreme->stay == 0.0f ? FULL_SCALE_LEAST_SLOPE : 1.0f;
+            first = true;
         }
-        approach->slope.x = number_4;
-        approach->slope.y = number_5;
-        approach->slope.z = number_6;
-        number = 0.0f;
+        const Vec3 clipped_slope = full_scale_clipped_slope(approach, number_2, reading_x, reading_y,
+            reading_z, FULL_SCALE_AT_FULL_SCALE * lh_min(extreme->up, extreme->down), first, dt);
+        approach->slope.x = clipped_slope.x;
+        approach->slope.y = clipped_slope.y;
+        approach->slope.z = clipped_slope.z;
     }
     approach->last.x = reading_x;
     approach->last.y = reading_y;
     approach->last.z = reading_z;
-    approach->time = number;
+}
+
+/* The mean excess that the last reading, of dt seconds, beyond full scale, leaves out; at most as much as it
+ * reads.
+ */
+static LH_RARE Vec3 full_scale_mean_beyond(const Approach *approach, float dt)
+{
+    const float number = (approach->time - 0.5f * dt) / 3.0f;
+    /* vec3.scale: s·a */
+    const float x = approach->slope.x * number;
+    const float y = approach->slope.y * number;
+    const float z = approach->slope.z * number;
+    /* vec3.norm: |a| */
+    const float size = sqrtf(x * x + y * y + z * z);
+    const float most = sqrtf(approach->last.x * approach->last.x + approach->last.y * approach->last.y
+        + approach->last.z * approach->last.z);
+    float x_2;
+    float y_2;
+    float z_2;
+    if (size > most) {
+        const float number_2 = most / size;
+        x_2 = x * number_2;
+        y_2 = y * number_2;
+        z_2 = z * number_2;
+    } else {
+        x_2 = x;
+        y_2 = y;
+        z_2 = z;
+    }
+    const Vec3 found = {x_2, y_2, z_2};
+    return found;
+}
+
+/* ---- driver
+ *
+ * The one driver: what happens to a sample before and after a filter's step, for every filter and every engine.
+ *
+ * These are kernels: plain Python runs them as they stand, Numba and the export to C translate the same source. A filter's
+ * own functions and the guard's are called through hooks and aiding; Hooks and AidingHooks declare them,
+ * and binding.bind makes a copy of the driver in which they are one filter's. Arrays are flat (row after row), so that
+ * Python lists and NumPy arrays are indexed by the same line.
+ *
+ * A sample goes through in phases. conditioning.condition comes first and needs the readings only; all others take
+ * the conditioned sample and what one run carries. advance calls them in turn; engine.lanes calls each for all of
+ * its runs at once, and skips it for all where the sample does not need it. That is why rare work is a phase of its own.
+ */
+
+/* Before the step of a sample whose specific force has another norm than g, or follows such a sample: whether the
+ * filter takes it for gravity.
+ */
+static LH_RARE void driver_gate_acceleration(const Settings *settings, const ConditionedSample *sample,
+    FilterRun *run)
+{
+    float bias_x;
+    float bias_y;
+    float bias_z;
+    if (sample->rate_unknown) {
+        bias_x = run->state.bias.x;
+        bias_y = run->state.bias.y;
+        bias_z = run->state.bias.z;
+    } else {
+        bias_x = sample->gyr.x - run->guard.rest.bias.x;
+        bias_y = sample->gyr.y - run->guard.rest.bias.y;
+        bias_z = sample->gyr.z - run->guard.rest.bias.z;
+    }
+    /* tilt.is_present: Whether a sensor is there: an absent one is the zero vector, and so is what is too
+     * short to have a direction.
+     */
+    const float number = sample->acc.x * sample->acc.x + sample->acc.y * sample->acc.y
+        + sample->acc.z * sample->acc.z;
+    const bool number_2 = number > TILT_NO_LENGTH;
+    if (!!number_2) {
+        if (!sample->detected.far_from_g) {
+            run->guard.acc_rejected = 0.0f;
+        } else {
+            /* quat.up: The earth's vertical in the sensor frame: (−sin θ, sin φ cos θ, cos φ cos θ) with roll φ and pitch θ.
+             */
+            const float x = 2.0f * (run->state.quat.x * run->state.quat.z
+                - run->state.quat.w * run->state.quat.y);
+            const float y = 2.0f * (run->state.quat.w * run->state.quat.x
+                + run->state.quat.y * run->state.quat.z);
+            const float z = 1.0f - 2.0f
+                * (run->state.quat.x * run->state.quat.x + run->state.quat.y * run->state.quat.y);
+            /* guard.gate_force: For how long the specific force has not been gravity: its norm is far_from_g,
+             * and its direction is more than acc_angle from the vertical that the filter predicts.
+             */
+            const float number_3 = (x + sample->dt * (y * bias_z - z * bias_y)) * sample->acc.x
+                + (y + sample->dt * (z * bias_x - x * bias_z)) * sample->acc.y
+                + (z + sample->dt * (x * bias_y - y * bias_x)) * sample->acc.z;
+            if (number_3 < sqrtf(number)
+                * (1.0f - 0.5f * settings->guard.acc_angle * settings->guard.acc_angle
+                * (UNITS_DEGREE * UNITS_DEGREE))) {
+                run->guard.acc_rejected = run->guard.acc_rejected + sample->dt;
+            } else {
+                run->guard.acc_rejected = 0.0f;
+            }
+        }
+    }
+    if (number_2 && (run->guard.acc_rejected > 0.0f
+        && !(run->guard.acc_rejected + ELAPSED_SLACK * sample->dt >= settings->guard.acc_time))) {
+        run->health = sample->health | 512;
+    } else {
+        run->health = sample->health;
+    }
 }
 
 /* ---- trig
@@ -844,511 +865,6 @@ static LH_CALLED SinCos trig_sincos(float x)
  * the conditioned sample and what one run carries. advance calls them in turn; engine.lanes calls each for all of
  * its runs at once, and skips it for all where the sample does not need it. That is why rare work is a phase of its own.
  */
-
-/* One sample: the gate, then the filter's step. */
-static LH_CALLED void driver_step_gated(const Settings *settings, const ConditionedSample *sample,
-    FilterRun *run, float acc_x, float acc_y, float acc_z)
-{
-    float bias_x;
-    float bias_y;
-    float bias_z;
-    if (sample->rate_unknown) {
-        bias_x = run->state.bias.x;
-        bias_y = run->state.bias.y;
-        bias_z = run->state.bias.z;
-    } else {
-        bias_x = sample->gyr.x - run->guard.rest.bias.x;
-        bias_y = sample->gyr.y - run->guard.rest.bias.y;
-        bias_z = sample->gyr.z - run->guard.rest.bias.z;
-    }
-    const int32_t at = run->guard.rest.time > 0.0f
-        && run->guard.rest.time + ELAPSED_SLACK * REST_INTERVAL >= settings->guard.rest_time ? 2048 : 0;
-    /* tilt.is_present: Whether a sensor is there: an absent one is the zero vector, and so is what is too
-     * short to have a direction.
-     */
-    const float number = sample->mag.x * sample->mag.x + sample->mag.y * sample->mag.y
-        + sample->mag.z * sample->mag.z;
-    float mag_x;
-    float mag_y;
-    float mag_z;
-    int32_t health;
-    if (number > TILT_NO_LENGTH) {
-        /* quat.up: The earth's vertical in the sensor frame: (−sin θ, sin φ cos θ, cos φ cos θ) with roll φ and pitch θ.
-         */
-        const float x = 2.0f * (run->state.quat.x * run->state.quat.z
-            - run->state.quat.w * run->state.quat.y);
-        const float y = 2.0f * (run->state.quat.w * run->state.quat.x
-            + run->state.quat.y * run->state.quat.z);
-        const float z = 1.0f - 2.0f
-            * (run->state.quat.x * run->state.quat.x + run->state.quat.y * run->state.quat.y);
-        /* field.update_field: The reference after a reading (µT); rejected > 0: the reading is not of the earth's field.
-         */
-        const float n = sqrtf(number);
-        const float number_2 = (x + sample->dt * (y * bias_z - z * bias_y)) * sample->mag.x
-            + (y + sample->dt * (z * bias_x - x * bias_z)) * sample->mag.y
-            + (z + sample->dt * (x * bias_y - y * bias_x)) * sample->mag.z;
-        const float d = number_2 * (1.0f / n);
-        float number_3;
-        if (run->guard.field.age == 0.0f
-            || (run->guard.field.rejected > 0.0f
-            && run->guard.field.rejected
-            + ELAPSED_SLACK * sample->dt >= lh_min(settings->guard.mag_time, run->guard.field.age))) {
-            run->guard.field.norm = n;
-            run->guard.field.dip = d;
-            run->guard.field.age = sample->dt;
-            number_3 = 0.0f;
-        } else {
-            const float number_4 = n - run->guard.field.norm;
-            const float number_5 = d - run->guard.field.dip;
-            float number_6;
-            if (fabsf(number_4) > settings->guard.mag_gate * run->guard.field.norm
-                || fabsf(number_5) > settings->guard.mag_angle * UNITS_DEGREE) {
-                number_6 = run->guard.field.rejected + sample->dt;
-            } else {
-                /* lowpass.lowpass_weight: The weight of a new sample in a first-order low-pass of time
-                 * constant tau: dt/(min(τ, age) + dt).
-                 */
-                const float weight = sample->dt
-                    / (lh_min(FIELD_FIELD_TIME, run->guard.field.age) + sample->dt);
-                run->guard.field.norm = run->guard.field.norm + weight * number_4;
-                run->guard.field.dip = run->guard.field.dip + weight * number_5;
-                run->guard.field.age = lh_min(run->guard.field.age + sample->dt, FIELD_FIELD_TIME);
-                number_6 = 0.0f;
-            }
-            number_3 = number_6;
-        }
-        float mag_x_2;
-        float mag_y_2;
-        float mag_z_2;
-        int32_t health_2;
-        if (number_3 > 0.0f) {
-            mag_x_2 = 0.0f;
-            mag_y_2 = 0.0f;
-            mag_z_2 = 0.0f;
-            health_2 = at | 1024;
-        } else {
-            mag_x_2 = sample->mag.x;
-            mag_y_2 = sample->mag.y;
-            mag_z_2 = sample->mag.z;
-            health_2 = run->guard.field.age <= sample->dt ? at | 4096 : at;
-        }
-        run->guard.field.rejected = number_3;
-        mag_x = mag_x_2;
-        mag_y = mag_y_2;
-        mag_z = mag_z_2;
-        health = health_2;
-    } else {
-        mag_x = sample->mag.x;
-        mag_y = sample->mag.y;
-        mag_z = sample->mag.z;
-        health = at;
-    }
-    /* direction_filter.integrate: The attitude after dt seconds at the rate gyr (rad/s) without the bias. */
-    const float x_2 = (bias_x - run->state.bias.x) * sample->dt;
-    const float y_2 = (bias_y - run->state.bias.y) * sample->dt;
-    const float z_2 = (bias_z - run->state.bias.z) * sample->dt;
-    /* vector_error.rotate: q ⊗ exp(v) with v = (x, y, z) rad, of unit length to rounding; correct keeps the
-     * rounding from piling up.
-     */
-    const float square = 0.25f * (x_2 * x_2 + y_2 * y_2 + z_2 * z_2);
-    const float fourth = square * square;
-    float w;
-    float x_3;
-    float y_3;
-    float z_3;
-    if (fourth > VECTOR_ERROR_SHORT) {
-        float s;
-        float c;
-        if (square < QUAT_SMALL) {
-            s = 0.5f - square * (1.0f / 12.0f)
-                + fourth * (1.0f / 240.0f - square * (1.0f / 10080.0f) + fourth * (1.0f / 725760.0f));
-            c = 1.0f - 0.5f * square + fourth
-                * (1.0f / 24.0f - square * (1.0f / 720.0f) + fourth * (1.0f / 40320.0f));
-        } else {
-            /* quat.sinc_half: sin(angle/2)/angle of square = (angle/2)². */
-            const float half = sqrtf(square);
-            const SinCos sincos = trig_sincos(half);
-            const SinCos sincos_2 = trig_sincos(sqrtf(square));
-            s = 0.5f * sincos.sin / half;
-            c = sincos_2.cos;
-        }
-        /* quat.exp: The quaternion of a rotation vector (axis times angle, rad): (cos |v|/2, sin(|v|/2)/|v| · v). */
-        const float number_7 = x_2 * s;
-        const float number_8 = y_2 * s;
-        const float number_9 = z_2 * s;
-        w = run->state.quat.w * c - run->state.quat.x * number_7 - run->state.quat.y * number_8
-            - run->state.quat.z * number_9;
-        x_3 = run->state.quat.w * number_7 + run->state.quat.x * c + run->state.quat.y * number_9
-            - run->state.quat.z * number_8;
-        y_3 = run->state.quat.w * number_8 - run->state.quat.x * number_9 + run->state.quat.y * c
-            + run->state.quat.z * number_7;
-        z_3 = run->state.quat.w * number_9 + run->state.quat.x * number_8 - run->state.quat.y * number_7
-            + run->state.quat.z * c;
-    } else {
-        const float s_2 = 0.5f - square * (1.0f / 12.0f)
-            + fourth * (1.0f / 240.0f - square * (1.0f / 10080.0f));
-        const float c_2 = 1.0f - square * 0.5f + fourth * (1.0f / 24.0f - square * (1.0f / 720.0f));
-        const float x_4 = x_2 * s_2;
-        const float y_4 = y_2 * s_2;
-        const float z_4 = z_2 * s_2;
-        w = run->state.quat.w * c_2 - run->state.quat.x * x_4
-            - (run->state.quat.y * y_4 + run->state.quat.z * z_4);
-        x_3 = run->state.quat.w * x_4 + run->state.quat.x * c_2
-            + (run->state.quat.y * z_4 - run->state.quat.z * y_4);
-        y_3 = run->state.quat.w * y_4 + run->state.quat.y * c_2
-            + (run->state.quat.z * x_4 - run->state.quat.x * z_4);
-        z_3 = run->state.quat.w * z_4 + run->state.quat.z * c_2
-            + (run->state.quat.x * y_4 - run->state.quat.y * x_4);
-    }
-    const float age = sample->dt > TILT_GAP_SECONDS ? 0.0f
-        : lh_min(run->state.age + sample->dt, LOWPASS_AGE_LIMIT);
-    /* quat.up: The earth's vertical in the sensor frame: (−sin θ, sin φ cos θ, cos φ cos θ) with roll φ and pitch θ. */
-    const float ex = 2.0f * (x_3 * z_3 - w * y_3);
-    const float ey = 2.0f * (w * x_3 + y_3 * z_3);
-    const float ez = 1.0f - 2.0f * (x_3 * x_3 + y_3 * y_3);
-    /* vec3.normalize: a/|a|; the zero vector (an absent sensor), and what is too short to have a direction,
-     * gives the zero vector.
-     */
-    const float n_2 = sqrtf(acc_x * acc_x + acc_y * acc_y + acc_z * acc_z);
-    float sx;
-    float sy;
-    float sz;
-    if (n_2 > VEC3_SHORTEST) {
-        const float one = 1.0f / n_2;
-        sx = acc_x * one;
-        sy = acc_y * one;
-        sz = acc_z * one;
-    } else {
-        sx = 0.0f;
-        sy = 0.0f;
-        sz = 0.0f;
-    }
-    /* vector_error.direction_error: s × ŝ of unit vectors; beyond a right angle of length one. */
-    const float x_5 = sy * ez - sz * ey;
-    const float y_5 = sz * ex - sx * ez;
-    const float z_5 = sx * ey - sy * ex;
-    float x_6;
-    float y_6;
-    float z_6;
-    if (sx * ex + sy * ey + sz * ez < 0.0f) {
-        /* vector_error.obtuse_error: direction_error beyond a right angle: the cross product (x, y, z) at length one.
-         */
-        const float n_3 = sqrtf(x_5 * x_5 + y_5 * y_5 + z_5 * z_5);
-        float number_10;
-        float number_11;
-        float number_12;
-        if (n_3 < VECTOR_ERROR_NO_AXIS) {
-            float number_13;
-            float number_14;
-            float number_15;
-            if (fabsf(ex) < 0.8f) {
-                /* vector_error.perpendicular: A unit vector perpendicular to the unit vector v. */
-                const float n_4 = sqrtf(ey * ey + ez * ez);
-                number_13 = 0.0f;
-                number_14 = ez / n_4;
-                number_15 = -ey / n_4;
-            } else {
-                /* vector_error.perpendicular: A unit vector perpendicular to the unit vector v. */
-                const float n_5 = sqrtf(ex * ex + ey * ey);
-                number_13 = ey / n_5;
-                number_14 = -ex / n_5;
-                number_15 = 0.0f;
-            }
-            number_10 = number_13;
-            number_11 = number_14;
-            number_12 = number_15;
-        } else {
-            number_10 = x_5 / n_3;
-            number_11 = y_5 / n_3;
-            number_12 = z_5 / n_3;
-        }
-        x_6 = number_10;
-        y_6 = number_11;
-        z_6 = number_12;
-    } else {
-        x_6 = x_5;
-        y_6 = y_5;
-        z_6 = z_5;
-    }
-    /* mahony.step: Eqs. 1 to 5. */
-    const float number_16 = 1.0f / settings->filter.kp;
-    /* lowpass.lowpass_weight: The weight of a new sample in a first-order low-pass of time constant tau:
-     * dt/(min(τ, age) + dt).
-     */
-    const float kt = sample->dt / (lh_min(number_16, age) + sample->dt);
-    /* tilt.is_present: Whether a sensor is there: an absent one is the zero vector, and so is what is too
-     * short to have a direction.
-     */
-    const float number_17 = mag_x * mag_x + mag_y * mag_y + mag_z * mag_z;
-    float x_7;
-    float y_7;
-    float z_7;
-    float x_8;
-    float y_8;
-    float z_8;
-    if (number_17 > TILT_NO_LENGTH) {
-        float kt_2;
-        float x_9;
-        float y_9;
-        float z_9;
-        float kh;
-        if (settings->filter.whole_field) {
-            /* vec3.normalize: a/|a|; the zero vector (an absent sensor), and what is too short to have a
-             * direction, gives the zero vector.
-             */
-            const float n_6 = sqrtf(number_17);
-            float vx;
-            float vy;
-            float vz;
-            if (n_6 > VEC3_SHORTEST) {
-                const float one_2 = 1.0f / n_6;
-                vx = mag_x * one_2;
-                vy = mag_y * one_2;
-                vz = mag_z * one_2;
-            } else {
-                vx = 0.0f;
-                vy = 0.0f;
-                vz = 0.0f;
-            }
-            /* quat.conjugate: q*, for a unit quaternion the inverse rotation. */
-            const float x_10 = -x_3;
-            const float y_10 = -y_3;
-            const float z_10 = -z_3;
-            /* quat.rotate: q v q*: a sensor-frame vector seen in the earth frame. */
-            const float tx = 2.0f * (y_3 * vz - z_3 * vy);
-            const float ty = 2.0f * (z_3 * vx - x_3 * vz);
-            const float tz = 2.0f * (x_3 * vy - y_3 * vx);
-            const float number_18 = vx + w * tx + y_3 * tz - z_3 * ty;
-            const float number_19 = vy + w * ty + z_3 * tx - x_3 * tz;
-            const float vz_2 = vz + w * tz + x_3 * ty - y_3 * tx;
-            /* vector_error.reference: The unit field in the earth frame if the attitude is right: its own dip, and north.
-             */
-            const float vy_2 = sqrtf(number_18 * number_18 + number_19 * number_19);
-            /* quat.rotate: q v q*: a sensor-frame vector seen in the earth frame. */
-            const float tx_2 = 2.0f * (y_10 * vz_2 - z_10 * vy_2);
-            const float ty_2 = 2.0f * (z_10 * 0.0f - x_10 * vz_2);
-            const float tz_2 = 2.0f * (x_10 * vy_2 - y_10 * 0.0f);
-            const float ex_2 = 0.0f + w * tx_2 + y_10 * tz_2 - z_10 * ty_2;
-            const float ey_2 = vy_2 + w * ty_2 + z_10 * tx_2 - x_10 * tz_2;
-            const float ez_2 = vz_2 + w * tz_2 + x_10 * ty_2 - y_10 * tx_2;
-            /* vector_error.direction_error: s × ŝ of unit vectors; beyond a right angle of length one. */
-            const float x_11 = vy * ez_2 - vz * ey_2;
-            const float y_11 = vz * ex_2 - vx * ez_2;
-            const float z_11 = vx * ey_2 - vy * ex_2;
-            float x_12;
-            float y_12;
-            float z_12;
-            if (vx * ex_2 + vy * ey_2 + vz * ez_2 < 0.0f) {
-                /* vector_error.obtuse_error: direction_error beyond a right angle: the cross product (x, y, z) at length one.
-                 */
-                const float n_7 = sqrtf(x_11 * x_11 + y_11 * y_11 + z_11 * z_11);
-                float number_20;
-                float number_21;
-                float number_22;
-                if (n_7 < VECTOR_ERROR_NO_AXIS) {
-                    float number_23;
-                    float number_24;
-                    float number_25;
-                    if (fabsf(ex_2) < 0.8f) {
-                        /* vector_error.perpendicular: A unit vector perpendicular to the unit vector v. */
-                        const float n_8 = sqrtf(ey_2 * ey_2 + ez_2 * ez_2);
-                        number_23 = 0.0f;
-                        number_24 = ez_2 / n_8;
-                        number_25 = -ey_2 / n_8;
-                    } else {
-                        /* vector_error.perpendicular: A unit vector perpendicular to the unit vector v. */
-                        const float n_9 = sqrtf(ex_2 * ex_2 + ey_2 * ey_2);
-                        number_23 = ey_2 / n_9;
-                        number_24 = -ex_2 / n_9;
-                        number_25 = 0.0f;
-                    }
-                    number_20 = number_23;
-                    number_21 = number_24;
-                    number_22 = number_25;
-                } else {
-                    number_20 = x_11 / n_7;
-                    number_21 = y_11 / n_7;
-                    number_22 = z_11 / n_7;
-                }
-                x_12 = number_20;
-                y_12 = number_21;
-                z_12 = number_22;
-            } else {
-                x_12 = x_11;
-                y_12 = y_11;
-                z_12 = z_11;
-            }
-            /* mahony.step: Eqs. 1 to 5. */
-            const float kt_3 = lh_min(kt, 1.0f / (1.0f + settings->filter.k_mag));
-            kt_2 = kt_3;
-            x_9 = x_12;
-            y_9 = y_12;
-            z_9 = z_12;
-            kh = kt_3 * settings->filter.k_mag;
-        } else {
-            /* vector_error.heading_error: The error of heading: up times the sine of the angle between the
-             * field's horizontal part and north.
-             */
-            const float tx_3 = 2.0f * (y_3 * mag_z - z_3 * mag_y);
-            const float ty_3 = 2.0f * (z_3 * mag_x - x_3 * mag_z);
-            const float tz_3 = 2.0f * (x_3 * mag_y - y_3 * mag_x);
-            const float east = mag_x + w * tx_3 + (y_3 * tz_3 - z_3 * ty_3);
-            const float north = mag_y + w * ty_3 + (z_3 * tx_3 - x_3 * tz_3);
-            const float square_2 = east * east + north * north;
-            float number_26;
-            float number_27;
-            float number_28;
-            if (square_2 < VEC3_SHORTEST) {
-                number_26 = 0.0f;
-                number_27 = 0.0f;
-                number_28 = 0.0f;
-            } else {
-                float sine;
-                if (north < 0.0f) {
-                    sine = east >= 0.0f ? 1.0f : -1.0f;
-                } else {
-                    sine = east / sqrtf(square_2);
-                }
-                number_26 = sine * ex;
-                number_27 = sine * ey;
-                number_28 = sine * ez;
-            }
-            kt_2 = kt;
-            x_9 = number_26;
-            y_9 = number_27;
-            z_9 = number_28;
-            kh = sample->dt / (lh_min(1.0f / (settings->filter.kp * settings->filter.k_mag), age)
-                + sample->dt);
-        }
-        x_7 = x_9;
-        y_7 = y_9;
-        z_7 = z_9;
-        x_8 = kt_2 * x_6 + kh * x_9;
-        y_8 = kt_2 * y_6 + kh * y_9;
-        z_8 = kt_2 * z_6 + kh * z_9;
-    } else {
-        x_7 = 0.0f;
-        y_7 = 0.0f;
-        z_7 = 0.0f;
-        x_8 = kt * x_6;
-        y_8 = kt * y_6;
-        z_8 = kt * z_6;
-    }
-    /* vector_error.correct: q ⊗ (1, ½ρ), made unit again, with ρ the rotation vector (rad, sensor frame). */
-    const float x_13 = x_8 * 0.5f;
-    const float y_13 = y_8 * 0.5f;
-    const float z_13 = z_8 * 0.5f;
-    const float nw = w - (x_3 * x_13 + y_3 * y_13 + z_3 * z_13);
-    const float nx = x_3 + (w * x_13 + (y_3 * z_13 - z_3 * y_13));
-    const float ny = y_3 + (w * y_13 + (z_3 * x_13 - x_3 * z_13));
-    const float nz = z_3 + (w * z_13 + (x_3 * y_13 - y_3 * x_13));
-    const float excess = nw * nw + nx * nx + (ny * ny + nz * nz) - 1.0f;
-    const float s_3 = excess > VECTOR_ERROR_NEAR_UNIT ? 1.0f / sqrtf(1.0f + excess)
-        : 1.0f - excess * (0.5f - 0.375f * excess);
-    /* mahony.update_bias: Eq. 3, bounded by (6); each vector waits until its K is steady. */
-    const float limit = settings->filter.max_bias * UNITS_DEGREE;
-    const float step = settings->filter.ki * sample->dt;
-    /* elapsed.has_elapsed: Whether time (s), a sum of intervals of which the last was dt (s), has reached length (s).
-     */
-    const float number_29 = age + ELAPSED_SLACK * sample->dt;
-    /* mahony.update_bias: Eq. 3, bounded by (6); each vector waits until its K is steady. */
-    const float number_30 = settings->filter.kp * settings->filter.kp;
-    const float number_31 = limit * limit;
-    float x_14;
-    float y_14;
-    float z_14;
-    if (number_29 >= number_16 && number_30 * (x_6 * x_6 + y_6 * y_6 + z_6 * z_6) < number_31) {
-        x_14 = run->state.bias.x - step * x_6;
-        y_14 = run->state.bias.y - step * y_6;
-        z_14 = run->state.bias.z - step * z_6;
-    } else {
-        x_14 = run->state.bias.x;
-        y_14 = run->state.bias.y;
-        z_14 = run->state.bias.z;
-    }
-    float x_15;
-    float y_15;
-    float z_15;
-    if (number_29 >= 1.0f / (settings->filter.kp * settings->filter.k_mag)
-        && number_30 * settings->filter.k_mag * settings->filter.k_mag
-        * (x_7 * x_7 + y_7 * y_7 + z_7 * z_7) < number_31) {
-        const float step_2 = step * settings->filter.k_mag;
-        x_15 = x_14 - step_2 * x_7;
-        y_15 = y_14 - step_2 * y_7;
-        z_15 = z_14 - step_2 * z_7;
-    } else {
-        x_15 = x_14;
-        y_15 = y_14;
-        z_15 = z_14;
-    }
-    const float number_32 = -limit;
-    run->state.quat.w = nw * s_3;
-    run->state.quat.x = nx * s_3;
-    run->state.quat.y = ny * s_3;
-    run->state.quat.z = nz * s_3;
-    run->state.bias.x = lh_max(number_32, lh_min(x_15, limit));
-    run->state.bias.y = lh_max(number_32, lh_min(y_15, limit));
-    run->state.bias.z = lh_max(number_32, lh_min(z_15, limit));
-    run->state.age = age;
-    run->health = run->health | health;
-}
-
-/* A sample whose specific force has another norm than g, or follows such a sample. */
-static LH_CALLED void driver_step_accelerated(const Settings *settings, const ConditionedSample *sample,
-    FilterRun *run)
-{
-    float bias_x;
-    float bias_y;
-    float bias_z;
-    if (sample->rate_unknown) {
-        bias_x = run->state.bias.x;
-        bias_y = run->state.bias.y;
-        bias_z = run->state.bias.z;
-    } else {
-        bias_x = sample->gyr.x - run->guard.rest.bias.x;
-        bias_y = sample->gyr.y - run->guard.rest.bias.y;
-        bias_z = sample->gyr.z - run->guard.rest.bias.z;
-    }
-    /* tilt.is_present: Whether a sensor is there: an absent one is the zero vector, and so is what is too
-     * short to have a direction.
-     */
-    const float number = sample->acc.x * sample->acc.x + sample->acc.y * sample->acc.y
-        + sample->acc.z * sample->acc.z;
-    const bool number_2 = number > TILT_NO_LENGTH;
-    if (!!number_2) {
-        float number_3;
-        if (!sample->detected.far_from_g) {
-            number_3 = 0.0f;
-        } else {
-            /* quat.up: The earth's vertical in the sensor frame: (−sin θ, sin φ cos θ, cos φ cos θ) with roll φ and pitch θ.
-             */
-            const float x = 2.0f * (run->state.quat.x * run->state.quat.z
-                - run->state.quat.w * run->state.quat.y);
-            const float y = 2.0f * (run->state.quat.w * run->state.quat.x
-                + run->state.quat.y * run->state.quat.z);
-            const float z = 1.0f - 2.0f
-                * (run->state.quat.x * run->state.quat.x + run->state.quat.y * run->state.quat.y);
-            /* guard.gate_force: For how long the specific force has not been gravity: its norm is far_from_g,
-             * and its direction is more than acc_angle from the vertical that the filter predicts.
-             */
-            const float number_4 = (x + sample->dt * (y * bias_z - z * bias_y)) * sample->acc.x
-                + (y + sample->dt * (z * bias_x - x * bias_z)) * sample->acc.y
-                + (z + sample->dt * (x * bias_y - y * bias_x)) * sample->acc.z;
-            number_3 = number_4 < sqrtf(number)
-                * (1.0f - 0.5f * settings->guard.acc_angle * settings->guard.acc_angle
-                * (UNITS_DEGREE * UNITS_DEGREE)) ? run->guard.acc_rejected + sample->dt : 0.0f;
-        }
-        run->guard.acc_rejected = number_3;
-    }
-    if (number_2 && (run->guard.acc_rejected > 0.0f
-        && !(run->guard.acc_rejected + ELAPSED_SLACK * sample->dt >= settings->guard.acc_time))) {
-        run->health = sample->health | 512;
-        driver_step_gated(settings, sample, run, 0.0f, 0.0f, 0.0f);
-    } else {
-        run->health = sample->health;
-        driver_step_gated(settings, sample, run, sample->acc.x, sample->acc.y, sample->acc.z);
-    }
-}
 
 /* One sample through the filter; NaN marks a missing reading, the zero vector a sensor that does not exist. */
 static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, float gyr_y, float gyr_z,
@@ -1445,29 +961,6 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
         mag_y_2 = mag_y;
         mag_z_2 = mag_z;
     }
-    float dt_2;
-    bool number_3;
-    float time;
-    float unmeasured;
-    float since_sigma;
-    int32_t sensors;
-    float number_4;
-    float number_5;
-    float number_6;
-    float number_7;
-    float number_8;
-    float number_9;
-    float time_2;
-    bool number_10;
-    float slope_x;
-    float slope_y;
-    float slope_z;
-    float acc_x_4;
-    float acc_y_4;
-    float acc_z_4;
-    float slope_x_2;
-    float slope_y_2;
-    float slope_z_2;
     if (!carry->sample.started) {
         carry->sample.detected.means.pace = 0.0f;
         carry->sample.detected.gyr_extreme.up = 4.0f;
@@ -1507,6 +1000,20 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
         carry->sample.health = health;
         driver_start(&carry->sample, &carry->run);
         carry->sample.dt = 0.0f;
+        carry->sample.interval = 0.0f;
+        carry->sample.started = acc_x_2 * acc_x_2 + acc_y_2 * acc_y_2 + acc_z_2 * acc_z_2 > TILT_NO_LENGTH;
+        carry->sample.rate_age = 0.0f;
+        carry->sample.unmeasured = 0.0f;
+        carry->sample.since_sigma = 0.0f;
+        carry->sample.corrected_by = 0;
+        carry->sample.detected.sums.gyr.x = 0.0f;
+        carry->sample.detected.sums.gyr.y = 0.0f;
+        carry->sample.detected.sums.gyr.z = 0.0f;
+        carry->sample.detected.sums.acc.x = 0.0f;
+        carry->sample.detected.sums.acc.y = 0.0f;
+        carry->sample.detected.sums.acc.z = 0.0f;
+        carry->sample.detected.sums.time = 0.0f;
+        carry->sample.detected.sums.complete = false;
         carry->sample.detected.means.gyr.x = last_x_2;
         carry->sample.detected.means.gyr.y = last_y_2;
         carry->sample.detected.means.gyr.z = last_z_2;
@@ -1547,54 +1054,43 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
         carry->sample.rate.last.x = last_x_2;
         carry->sample.rate.last.y = last_y_2;
         carry->sample.rate.last.z = last_z_2;
-        dt_2 = 0.0f;
-        number_3 = acc_x_2 * acc_x_2 + acc_y_2 * acc_y_2 + acc_z_2 * acc_z_2 > TILT_NO_LENGTH;
-        time = 0.0f;
-        unmeasured = 0.0f;
-        since_sigma = 0.0f;
-        sensors = 0;
-        number_4 = 0.0f;
-        number_5 = 0.0f;
-        number_6 = 0.0f;
-        number_7 = 0.0f;
-        number_8 = 0.0f;
-        number_9 = 0.0f;
-        time_2 = 0.0f;
-        number_10 = false;
-        slope_x = 0.0f;
-        slope_y = 0.0f;
-        slope_z = 0.0f;
-        acc_x_4 = acc_x_2;
-        acc_y_4 = acc_y_2;
-        acc_z_4 = acc_z_2;
-        slope_x_2 = 0.0f;
-        slope_y_2 = 0.0f;
-        slope_z_2 = 0.0f;
+        carry->sample.rate.slope.x = 0.0f;
+        carry->sample.rate.slope.y = 0.0f;
+        carry->sample.rate.slope.z = 0.0f;
+        carry->sample.force.last.x = acc_x_2;
+        carry->sample.force.last.y = acc_y_2;
+        carry->sample.force.last.z = acc_z_2;
+        carry->sample.force.slope.x = 0.0f;
+        carry->sample.force.slope.y = 0.0f;
+        carry->sample.force.slope.z = 0.0f;
     } else {
         /* conditioning.condition: The next sample, conditioned; sample is the one before. */
         const int32_t at = health & 1;
         const bool no_gyr = at != 0;
         /* elapsed.has_elapsed: Whether time (s), a sum of intervals of which the last was dt (s), has reached length (s).
          */
-        const float number_11 = ELAPSED_SLACK * dt;
-        const bool rate_lost = no_gyr && carry->sample.rate_age + number_11 >= TILT_GAP_SECONDS;
+        const float number_3 = ELAPSED_SLACK * dt;
+        const bool rate_lost = no_gyr && carry->sample.rate_age + number_3 >= TILT_GAP_SECONDS;
+        /* conditioning.lost_time: s of an interval for which samples were lost: all beyond the usual one,
+         * where that is at least another.
+         */
+        const float number_4 = 2.0f * carry->sample.interval;
         const float lost = carry->sample.interval > 0.0f
-            && dt + ELAPSED_SLACK * carry->sample.interval >= 2.0f * carry->sample.interval
-            ? dt - carry->sample.interval : 0.0f;
+            && dt + ELAPSED_SLACK * carry->sample.interval >= number_4 ? dt - carry->sample.interval : 0.0f;
         /* conditioning.condition: The next sample, conditioned; sample is the one before. */
-        const bool number_12 = lost > 0.0f;
+        const bool number_5 = lost > 0.0f;
         /* detectors.detect: The detectors after one sample (rad/s, m/s², dt s). */
         const bool no_acc = (health & 2) != 0;
-        const bool number_13 = !no_gyr;
+        const bool number_6 = !no_gyr;
         float last_x_4;
         float last_y_4;
         float last_z_4;
         int32_t at_2;
-        if (number_13) {
-            const float number_14 = settings->guard.gyr_range * UNITS_DEGREE;
-            const bool plausible = number_12
-                || (number_14 > 0.0f && lh_max(lh_max(fabsf(last_x_2), fabsf(last_y_2)),
-                fabsf(last_z_2)) >= DETECTORS_PLATEAU * number_14);
+        if (number_6) {
+            const float number_7 = settings->guard.gyr_range * UNITS_DEGREE;
+            const bool plausible = number_5
+                || (number_7 > 0.0f && lh_max(lh_max(fabsf(last_x_2), fabsf(last_y_2)),
+                fabsf(last_z_2)) >= DETECTORS_PLATEAU * number_7);
             const float force_x = carry->sample.detected.jump.force.x;
             const float force_y = carry->sample.detected.jump.force.y;
             const float force_z = carry->sample.detected.jump.force.z;
@@ -1604,151 +1100,98 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
                 carry->sample.detected.jump.force.z = acc_z_2;
             }
             /* vec3.sub: a − b */
-            const float number_15 = last_x_2 - carry->sample.detected.jump.rate.x;
-            const float number_16 = last_y_2 - carry->sample.detected.jump.rate.y;
-            const float number_17 = last_z_2 - carry->sample.detected.jump.rate.z;
+            const float number_8 = last_x_2 - carry->sample.detected.jump.rate.x;
+            const float number_9 = last_y_2 - carry->sample.detected.jump.rate.y;
+            const float number_10 = last_z_2 - carry->sample.detected.jump.rate.z;
             /* vec3.dot: a·b */
-            const float change2 = number_15 * number_15 + number_16 * number_16 + number_17 * number_17;
+            const float change2 = number_8 * number_8 + number_9 * number_9 + number_10 * number_10;
             /* vec3.sub: a − b */
-            const float number_18 = carry->sample.detected.jump.force.x - force_x;
-            const float number_19 = carry->sample.detected.jump.force.y - force_y;
-            const float number_20 = carry->sample.detected.jump.force.z - force_z;
+            const float number_11 = carry->sample.detected.jump.force.x - force_x;
+            const float number_12 = carry->sample.detected.jump.force.y - force_y;
+            const float number_13 = carry->sample.detected.jump.force.z - force_z;
             /* vec3.dot: a·b */
-            const float force2 = number_18 * number_18 + number_19 * number_19 + number_20 * number_20;
-            float number_21;
-            float number_22;
-            float number_23;
-            float dt_3;
-            float number_24;
-            float number_25;
-            float number_26;
+            const float force2 = number_11 * number_11 + number_12 * number_12 + number_13 * number_13;
             int32_t spikes;
             if (carry->sample.detected.jump.held_time > 0.0f) {
                 const float held2 = carry->sample.detected.jump.held.x * carry->sample.detected.jump.held.x
                     + carry->sample.detected.jump.held.y * carry->sample.detected.jump.held.y
                     + carry->sample.detected.jump.held.z * carry->sample.detected.jump.held.z;
                 /* vec3.sub: a − b */
-                const float number_27 = number_15 - carry->sample.detected.jump.held.x;
-                const float number_28 = number_16 - carry->sample.detected.jump.held.y;
-                const float number_29 = number_17 - carry->sample.detected.jump.held.z;
+                const float number_14 = number_8 - carry->sample.detected.jump.held.x;
+                const float number_15 = number_9 - carry->sample.detected.jump.held.y;
+                const float number_16 = number_10 - carry->sample.detected.jump.held.z;
                 /* rate_jump.is_felt: Eq. 1: whether the accelerometer feels a change of the rate, from both
                  * changes squared ((rad/s)², (m/s²)²).
                  */
-                const float number_30 = force2 * dt * dt;
-                const float number_31 = RATE_JUMP_LEVER * RATE_JUMP_LEVER;
-                float number_32;
-                float number_33;
-                float number_34;
-                float dt_4;
-                float number_35;
-                float number_36;
-                float number_37;
+                const float number_17 = force2 * dt * dt;
+                const float number_18 = RATE_JUMP_LEVER * RATE_JUMP_LEVER;
                 int32_t spikes_2;
-                if (number_27 * number_27 + number_28 * number_28 + number_29 * number_29 < change2
-                    || number_30 > number_31 * held2) {
+                if (number_14 * number_14 + number_15 * number_15 + number_16 * number_16 < change2
+                    || number_17 > number_18 * held2) {
                     /* rate_jump.update_jump: After a rate (rad/s) and a specific force (m/s²) that stand for dt seconds.
                      */
-                    const float number_38 = lh_min(carry->sample.detected.jump.held_time,
+                    const float number_19 = lh_min(carry->sample.detected.jump.held_time,
                         RATE_JUMP_MOST_RETURN * dt) / dt;
                     carry->sample.detected.jump.usual2 = lh_max(held2, carry->sample.detected.jump.usual2);
+                    carry->sample.detected.jump.held_time = 0.0f;
                     carry->sample.detected.jump.rate.x = last_x_2;
                     carry->sample.detected.jump.rate.y = last_y_2;
                     carry->sample.detected.jump.rate.z = last_z_2;
-                    number_32 = 0.0f;
-                    number_33 = 0.0f;
-                    number_34 = 0.0f;
-                    dt_4 = 0.0f;
-                    number_35 = carry->sample.detected.jump.held.x * number_38;
-                    number_36 = carry->sample.detected.jump.held.y * number_38;
-                    number_37 = carry->sample.detected.jump.held.z * number_38;
+                    carry->sample.detected.jump.returned.x = carry->sample.detected.jump.held.x * number_19;
+                    carry->sample.detected.jump.returned.y = carry->sample.detected.jump.held.y * number_19;
+                    carry->sample.detected.jump.returned.z = carry->sample.detected.jump.held.z * number_19;
                     spikes_2 = 0;
                 } else {
                     /* rate_jump.update_jump: After a rate (rad/s) and a specific force (m/s²) that stand for dt seconds.
                      */
                     const int32_t spikes_3 = carry->sample.detected.jump.spikes + 1;
-                    float number_39;
-                    float number_40;
-                    float number_41;
-                    float dt_5;
                     if (!plausible && spikes_3 < 3
                         && (change2 > RATE_JUMP_JUMP * RATE_JUMP_JUMP * carry->sample.detected.jump.usual2
                         && change2 * dt * dt > RATE_JUMP_JUMP_ANGLE * RATE_JUMP_JUMP_ANGLE)
-                        && !(number_30 > number_31 * change2)) {
-                        number_39 = number_15;
-                        number_40 = number_16;
-                        number_41 = number_17;
-                        dt_5 = dt;
+                        && !(number_17 > number_18 * change2)) {
+                        carry->sample.detected.jump.held_time = dt;
+                        carry->sample.detected.jump.held.x = number_8;
+                        carry->sample.detected.jump.held.y = number_9;
+                        carry->sample.detected.jump.held.z = number_10;
                     } else {
                         carry->sample.detected.jump.usual2 = lh_max(change2,
                             carry->sample.detected.jump.usual2 * RATE_JUMP_USUAL_TIME
                             / (RATE_JUMP_USUAL_TIME + 2.0f * dt));
+                        carry->sample.detected.jump.held_time = 0.0f;
                         carry->sample.detected.jump.rate.x = last_x_2;
                         carry->sample.detected.jump.rate.y = last_y_2;
                         carry->sample.detected.jump.rate.z = last_z_2;
-                        number_39 = 0.0f;
-                        number_40 = 0.0f;
-                        number_41 = 0.0f;
-                        dt_5 = 0.0f;
                     }
-                    number_32 = number_39;
-                    number_33 = number_40;
-                    number_34 = number_41;
-                    dt_4 = dt_5;
-                    number_35 = 0.0f;
-                    number_36 = 0.0f;
-                    number_37 = 0.0f;
+                    carry->sample.detected.jump.returned.x = 0.0f;
+                    carry->sample.detected.jump.returned.y = 0.0f;
+                    carry->sample.detected.jump.returned.z = 0.0f;
                     spikes_2 = spikes_3;
                 }
-                number_21 = number_32;
-                number_22 = number_33;
-                number_23 = number_34;
-                dt_3 = dt_4;
-                number_24 = number_35;
-                number_25 = number_36;
-                number_26 = number_37;
                 spikes = spikes_2;
             } else {
-                float number_42;
-                float number_43;
-                float number_44;
-                float dt_6;
                 if (!plausible && (change2 > RATE_JUMP_JUMP * RATE_JUMP_JUMP
                     * carry->sample.detected.jump.usual2
                     && change2 * dt * dt > RATE_JUMP_JUMP_ANGLE * RATE_JUMP_JUMP_ANGLE)
                     && !(force2 * dt * dt > RATE_JUMP_LEVER * RATE_JUMP_LEVER * change2)) {
-                    number_42 = number_15;
-                    number_43 = number_16;
-                    number_44 = number_17;
-                    dt_6 = dt;
+                    carry->sample.detected.jump.held_time = dt;
+                    carry->sample.detected.jump.held.x = number_8;
+                    carry->sample.detected.jump.held.y = number_9;
+                    carry->sample.detected.jump.held.z = number_10;
                 } else {
                     carry->sample.detected.jump.usual2 = lh_max(change2,
                         carry->sample.detected.jump.usual2 * RATE_JUMP_USUAL_TIME
                         / (RATE_JUMP_USUAL_TIME + 2.0f * dt));
+                    carry->sample.detected.jump.held_time = 0.0f;
                     carry->sample.detected.jump.rate.x = last_x_2;
                     carry->sample.detected.jump.rate.y = last_y_2;
                     carry->sample.detected.jump.rate.z = last_z_2;
-                    number_42 = 0.0f;
-                    number_43 = 0.0f;
-                    number_44 = 0.0f;
-                    dt_6 = 0.0f;
                 }
-                number_21 = number_42;
-                number_22 = number_43;
-                number_23 = number_44;
-                dt_3 = dt_6;
-                number_24 = 0.0f;
-                number_25 = 0.0f;
-                number_26 = 0.0f;
+                carry->sample.detected.jump.returned.x = 0.0f;
+                carry->sample.detected.jump.returned.y = 0.0f;
+                carry->sample.detected.jump.returned.z = 0.0f;
                 spikes = 0;
             }
-            carry->sample.detected.jump.held_time = dt_3;
             carry->sample.detected.jump.spikes = spikes;
-            carry->sample.detected.jump.held.x = number_21;
-            carry->sample.detected.jump.held.y = number_22;
-            carry->sample.detected.jump.held.z = number_23;
-            carry->sample.detected.jump.returned.x = number_24;
-            carry->sample.detected.jump.returned.y = number_25;
-            carry->sample.detected.jump.returned.z = number_26;
             last_x_4 = carry->sample.detected.jump.rate.x;
             last_y_4 = carry->sample.detected.jump.rate.y;
             last_z_4 = carry->sample.detected.jump.rate.z;
@@ -1771,68 +1214,67 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
             gyr_y_2 = last_y_4;
             gyr_z_2 = last_z_4;
         }
-        float acc_x_5;
-        float acc_y_5;
-        float acc_z_5;
+        float acc_x_4;
+        float acc_y_4;
+        float acc_z_4;
         if (no_acc) {
-            acc_x_5 = carry->sample.detected.means.acc.x;
-            acc_y_5 = carry->sample.detected.means.acc.y;
-            acc_z_5 = carry->sample.detected.means.acc.z;
+            acc_x_4 = carry->sample.detected.means.acc.x;
+            acc_y_4 = carry->sample.detected.means.acc.y;
+            acc_z_4 = carry->sample.detected.means.acc.z;
         } else {
-            acc_x_5 = acc_x_2;
-            acc_y_5 = acc_y_2;
-            acc_z_5 = acc_z_2;
+            acc_x_4 = acc_x_2;
+            acc_y_4 = acc_y_2;
+            acc_z_4 = acc_z_2;
         }
         float gyr_x_3;
         float gyr_y_3;
         float gyr_z_3;
-        float acc_x_6;
-        float acc_y_6;
-        float acc_z_6;
+        float acc_x_5;
+        float acc_y_5;
+        float acc_z_5;
         if (carry->sample.detected.sums.complete) {
             carry->sample.detected.sums.time = 0.0f;
             carry->sample.detected.sums.complete = false;
             gyr_x_3 = 0.0f;
             gyr_y_3 = 0.0f;
             gyr_z_3 = 0.0f;
-            acc_x_6 = 0.0f;
-            acc_y_6 = 0.0f;
-            acc_z_6 = 0.0f;
+            acc_x_5 = 0.0f;
+            acc_y_5 = 0.0f;
+            acc_z_5 = 0.0f;
         } else {
             gyr_x_3 = carry->sample.detected.sums.gyr.x;
             gyr_y_3 = carry->sample.detected.sums.gyr.y;
             gyr_z_3 = carry->sample.detected.sums.gyr.z;
-            acc_x_6 = carry->sample.detected.sums.acc.x;
-            acc_y_6 = carry->sample.detected.sums.acc.y;
-            acc_z_6 = carry->sample.detected.sums.acc.z;
+            acc_x_5 = carry->sample.detected.sums.acc.x;
+            acc_y_5 = carry->sample.detected.sums.acc.y;
+            acc_z_5 = carry->sample.detected.sums.acc.z;
         }
         /* rest.add_sample: Adds a sample (rad/s, m/s², dt s) to the interval, or begins the next one with it. */
-        const float time_3 = carry->sample.detected.sums.time + dt;
+        const float time = carry->sample.detected.sums.time + dt;
         /* vec3.add_scaled: a + s·b */
-        const float number_45 = gyr_x_3 + gyr_x_2 * dt;
-        const float number_46 = gyr_y_3 + gyr_y_2 * dt;
-        const float number_47 = gyr_z_3 + gyr_z_2 * dt;
-        const float number_48 = acc_x_6 + acc_x_5 * dt;
-        const float number_49 = acc_y_6 + acc_y_5 * dt;
-        const float number_50 = acc_z_6 + acc_z_5 * dt;
+        const float number_20 = gyr_x_3 + gyr_x_2 * dt;
+        const float number_21 = gyr_y_3 + gyr_y_2 * dt;
+        const float number_22 = gyr_z_3 + gyr_z_2 * dt;
+        const float number_23 = acc_x_5 + acc_x_4 * dt;
+        const float number_24 = acc_y_5 + acc_y_4 * dt;
+        const float number_25 = acc_z_5 + acc_z_4 * dt;
         /* elapsed.has_elapsed: Whether time (s), a sum of intervals of which the last was dt (s), has reached length (s).
          */
-        const bool number_51 = time_3 + number_11 >= REST_INTERVAL;
-        if (number_51) {
+        const bool number_26 = time + number_3 >= REST_INTERVAL;
+        if (number_26) {
             /* rest.update_means: The slow means after an interval; quiet if its averages are within rest_gyr
              * and rest_acc of them.
              */
-            const float one = 1.0f / time_3;
+            const float one = 1.0f / time;
             /* vec3.scale: s·a */
-            const float x = number_45 * one;
-            const float y = number_46 * one;
-            const float z = number_47 * one;
-            const float x_2 = number_48 * one;
-            const float y_2 = number_49 * one;
-            const float z_2 = number_50 * one;
-            float pace;
-            if (time_3 > TILT_GAP_SECONDS || rate_lost) {
-                pace = 0.0f;
+            const float x = number_20 * one;
+            const float y = number_21 * one;
+            const float z = number_22 * one;
+            const float x_2 = number_23 * one;
+            const float y_2 = number_24 * one;
+            const float z_2 = number_25 * one;
+            if (time > TILT_GAP_SECONDS || rate_lost) {
+                carry->sample.detected.means.pace = 0.0f;
             } else {
                 /* rest.pace_of_rest: How many times nearer to the slow means the averages of an interval are
                  * than they have to be; 0: they are not.
@@ -1849,20 +1291,18 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
                 const float y_4 = y_2 - carry->sample.detected.means.acc.y;
                 const float z_4 = z_2 - carry->sample.detected.means.acc.z;
                 const float push2 = x_4 * x_4 + y_4 * y_4 + z_4 * z_4;
-                float number_52;
                 if (turn2 >= rate2 || push2 >= force2_2) {
-                    number_52 = 0.0f;
+                    carry->sample.detected.means.pace = 0.0f;
                 } else {
-                    number_52 = 1.0f / sqrtf(lh_max(lh_max(turn2 / rate2, push2 / force2_2),
+                    carry->sample.detected.means.pace = 1.0f
+                        / sqrtf(lh_max(lh_max(turn2 / rate2, push2 / force2_2),
                         1.0f / (REST_FASTEST * REST_FASTEST)));
                 }
-                pace = number_52;
             }
             /* rest.update_means: The slow means after an interval; quiet if its averages are within rest_gyr
              * and rest_acc of them.
              */
-            const float weight = time_3 / (REST_MEAN_TIME + time_3);
-            carry->sample.detected.means.pace = pace;
+            const float weight = time / (REST_MEAN_TIME + time);
             carry->sample.detected.means.gyr.x = carry->sample.detected.means.gyr.x
                 + weight * (x - carry->sample.detected.means.gyr.x);
             carry->sample.detected.means.gyr.y = carry->sample.detected.means.gyr.y
@@ -1877,50 +1317,53 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
                 + weight * (z_2 - carry->sample.detected.means.acc.z);
         }
         int32_t health_3;
-        if (number_13) {
+        if (number_6) {
             detectors_update_extreme(&carry->sample.detected.gyr_extreme, last_x_4, last_y_4, last_z_4,
                 settings->guard.gyr_range * UNITS_DEGREE, dt);
-            float r;
             if (carry->sample.detected.gyr_repeat.step > DETECTORS_NO_STEP) {
                 carry->sample.detected.gyr_repeat.axes = 0;
                 carry->sample.detected.gyr_repeat.time = 0.0f;
+                carry->sample.detected.gyr_repeat.step = DETECTORS_NO_STEP;
                 carry->sample.detected.gyr_repeat.last.x = last_x_4;
                 carry->sample.detected.gyr_repeat.last.y = last_y_4;
                 carry->sample.detected.gyr_repeat.last.z = last_z_4;
-                r = DETECTORS_NO_STEP;
             } else {
                 /* detectors.update_repeat: Which axes repeat their last value while another one moves. */
                 const float p = fabsf(last_x_4 - carry->sample.detected.gyr_repeat.last.x);
                 const float q = fabsf(last_y_4 - carry->sample.detected.gyr_repeat.last.y);
-                const float r_2 = fabsf(last_z_4 - carry->sample.detected.gyr_repeat.last.z);
+                const float r = fabsf(last_z_4 - carry->sample.detected.gyr_repeat.last.z);
                 const float p_2 = 0.0f < p && p < carry->sample.detected.gyr_repeat.step ? p
                     : carry->sample.detected.gyr_repeat.step;
                 const float q_2 = 0.0f < q && q < p_2 ? q : p_2;
-                const float r_3 = 0.0f < r_2 && r_2 < q_2 ? r_2 : q_2;
-                if (p > 0.0f && q > 0.0f && r_2 > 0.0f) {
+                const float r_2 = 0.0f < r && r < q_2 ? r : q_2;
+                if (p > 0.0f && q > 0.0f && r > 0.0f) {
                     carry->sample.detected.gyr_repeat.axes = 0;
                     carry->sample.detected.gyr_repeat.time = 0.0f;
                     carry->sample.detected.gyr_repeat.last.x = last_x_4;
                     carry->sample.detected.gyr_repeat.last.y = last_y_4;
                     carry->sample.detected.gyr_repeat.last.z = last_z_4;
                 } else {
-                    if (!(lh_max(lh_max(p, q), r_2) < lh_max(DETECTORS_LEAST, DETECTORS_STEPS * r_3))) {
-                        const int32_t same = r_2 == 0.0f && last_z_4 != 0.0f
+                    if (!(lh_max(lh_max(p, q), r) < lh_max(DETECTORS_LEAST, DETECTORS_STEPS * r_2))) {
+                        const int32_t same = r == 0.0f && last_z_4 != 0.0f
                             ? (q == 0.0f && last_y_4 != 0.0f ? (p == 0.0f && last_x_4 != 0.0f ? 1 : 0) | 2
                             : (p == 0.0f && last_x_4 != 0.0f ? 1 : 0)) | 4
                             : (q == 0.0f && last_y_4 != 0.0f ? (p == 0.0f && last_x_4 != 0.0f ? 1 : 0) | 2
                             : (p == 0.0f && last_x_4 != 0.0f ? 1 : 0));
                         const int32_t at_3 = carry->sample.detected.gyr_repeat.axes & same;
-                        const bool number_53 = at_3 == 0;
-                        carry->sample.detected.gyr_repeat.axes = number_53 ? same : at_3;
-                        carry->sample.detected.gyr_repeat.time = number_53 ? 0.0f
-                            : carry->sample.detected.gyr_repeat.time + dt;
+                        if (at_3 == 0) {
+                            carry->sample.detected.gyr_repeat.axes = same;
+                            carry->sample.detected.gyr_repeat.time = 0.0f;
+                        } else {
+                            carry->sample.detected.gyr_repeat.axes = at_3;
+                            carry->sample.detected.gyr_repeat.time = carry->sample.detected.gyr_repeat.time
+                                + dt;
+                        }
                         carry->sample.detected.gyr_repeat.last.x = last_x_4;
                         carry->sample.detected.gyr_repeat.last.y = last_y_4;
                         carry->sample.detected.gyr_repeat.last.z = last_z_4;
                     }
                 }
-                r = r_3;
+                carry->sample.detected.gyr_repeat.step = r_2;
             }
             /* rate_noise.update_noise: After a rate (rad/s) over dt seconds, which is of the noise alone where it is quiet.
              */
@@ -1957,29 +1400,28 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
                 y_6 = 0.0f;
                 z_6 = 0.0f;
             } else {
-                float number_54;
-                float number_55;
-                float number_56;
-                if (!(carry->sample.detected.noise.time + number_11 >= RATE_NOISE_LEAST_TIME)) {
-                    number_54 = 0.0f;
-                    number_55 = 0.0f;
-                    number_56 = 0.0f;
+                float number_27;
+                float number_28;
+                float number_29;
+                if (!(carry->sample.detected.noise.time + number_3 >= RATE_NOISE_LEAST_TIME)) {
+                    number_27 = 0.0f;
+                    number_28 = 0.0f;
+                    number_29 = 0.0f;
                 } else {
-                    number_54 = x_5 > RATE_NOISE_SMALL * change_x || fabsf(last_x_4) > RATE_NOISE_LEAST_SCALE
+                    number_27 = x_5 > RATE_NOISE_SMALL * change_x || fabsf(last_x_4) > RATE_NOISE_LEAST_SCALE
                         ? 0.0f : carry->sample.detected.noise.evidence.x
                         + carry->sample.detected.noise.share.x;
-                    number_55 = y_5 > RATE_NOISE_SMALL * change_y || fabsf(last_y_4) > RATE_NOISE_LEAST_SCALE
+                    number_28 = y_5 > RATE_NOISE_SMALL * change_y || fabsf(last_y_4) > RATE_NOISE_LEAST_SCALE
                         ? 0.0f : carry->sample.detected.noise.evidence.y
                         + carry->sample.detected.noise.share.y;
-                    number_56 = z_5 > RATE_NOISE_SMALL * change_z || fabsf(last_z_4) > RATE_NOISE_LEAST_SCALE
+                    number_29 = z_5 > RATE_NOISE_SMALL * change_z || fabsf(last_z_4) > RATE_NOISE_LEAST_SCALE
                         ? 0.0f : carry->sample.detected.noise.evidence.z
                         + carry->sample.detected.noise.share.z;
                 }
-                x_6 = number_54;
-                y_6 = number_55;
-                z_6 = number_56;
+                x_6 = number_27;
+                y_6 = number_28;
+                z_6 = number_29;
             }
-            carry->sample.detected.gyr_repeat.step = r;
             carry->sample.detected.noise.last.x = last_x_4;
             carry->sample.detected.noise.last.y = last_y_4;
             carry->sample.detected.noise.last.z = last_z_4;
@@ -1987,7 +1429,7 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
             carry->sample.detected.noise.evidence.y = y_6;
             carry->sample.detected.noise.evidence.z = z_6;
             health_3 = carry->sample.detected.gyr_repeat.time
-                + number_11 >= lh_max(DETECTORS_STUCK_SECONDS, DETECTORS_STUCK_SAMPLES * dt)
+                + number_3 >= lh_max(DETECTORS_STUCK_SECONDS, DETECTORS_STUCK_SAMPLES * dt)
                 || lh_max(lh_max(x_6, y_6), z_6) > RATE_NOISE_SURE
                 ? (carry->sample.detected.gyr_extreme.clipped ? at_2 | 32 : at_2) | 128
                 : (carry->sample.detected.gyr_extreme.clipped ? at_2 | 32 : at_2);
@@ -1999,61 +1441,63 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
         if (!no_acc) {
             detectors_update_extreme(&carry->sample.detected.acc_extreme, acc_x_2, acc_y_2, acc_z_2,
                 settings->guard.acc_range, dt);
-            float r_4;
             if (carry->sample.detected.acc_repeat.step > DETECTORS_NO_STEP) {
                 carry->sample.detected.acc_repeat.axes = 0;
                 carry->sample.detected.acc_repeat.time = 0.0f;
+                carry->sample.detected.acc_repeat.step = DETECTORS_NO_STEP;
                 carry->sample.detected.acc_repeat.last.x = acc_x_2;
                 carry->sample.detected.acc_repeat.last.y = acc_y_2;
                 carry->sample.detected.acc_repeat.last.z = acc_z_2;
-                r_4 = DETECTORS_NO_STEP;
             } else {
                 /* detectors.update_repeat: Which axes repeat their last value while another one moves. */
                 const float p_3 = fabsf(acc_x_2 - carry->sample.detected.acc_repeat.last.x);
                 const float q_3 = fabsf(acc_y_2 - carry->sample.detected.acc_repeat.last.y);
-                const float r_5 = fabsf(acc_z_2 - carry->sample.detected.acc_repeat.last.z);
+                const float r_3 = fabsf(acc_z_2 - carry->sample.detected.acc_repeat.last.z);
                 const float p_4 = 0.0f < p_3 && p_3 < carry->sample.detected.acc_repeat.step ? p_3
                     : carry->sample.detected.acc_repeat.step;
                 const float q_4 = 0.0f < q_3 && q_3 < p_4 ? q_3 : p_4;
-                const float r_6 = 0.0f < r_5 && r_5 < q_4 ? r_5 : q_4;
-                if (p_3 > 0.0f && q_3 > 0.0f && r_5 > 0.0f) {
+                const float r_4 = 0.0f < r_3 && r_3 < q_4 ? r_3 : q_4;
+                if (p_3 > 0.0f && q_3 > 0.0f && r_3 > 0.0f) {
                     carry->sample.detected.acc_repeat.axes = 0;
                     carry->sample.detected.acc_repeat.time = 0.0f;
                     carry->sample.detected.acc_repeat.last.x = acc_x_2;
                     carry->sample.detected.acc_repeat.last.y = acc_y_2;
                     carry->sample.detected.acc_repeat.last.z = acc_z_2;
                 } else {
-                    if (!(lh_max(lh_max(p_3, q_3), r_5) < lh_max(DETECTORS_LEAST, DETECTORS_STEPS * r_6))) {
-                        const int32_t same_2 = r_5 == 0.0f && acc_z_2 != 0.0f
+                    if (!(lh_max(lh_max(p_3, q_3), r_3) < lh_max(DETECTORS_LEAST, DETECTORS_STEPS * r_4))) {
+                        const int32_t same_2 = r_3 == 0.0f && acc_z_2 != 0.0f
                             ? (q_3 == 0.0f && acc_y_2 != 0.0f ? (p_3 == 0.0f && acc_x_2 != 0.0f ? 1 : 0) | 2
                             : (p_3 == 0.0f && acc_x_2 != 0.0f ? 1 : 0)) | 4
                             : (q_3 == 0.0f && acc_y_2 != 0.0f ? (p_3 == 0.0f && acc_x_2 != 0.0f ? 1 : 0) | 2
                             : (p_3 == 0.0f && acc_x_2 != 0.0f ? 1 : 0));
                         const int32_t at_4 = carry->sample.detected.acc_repeat.axes & same_2;
-                        const bool number_57 = at_4 == 0;
-                        carry->sample.detected.acc_repeat.axes = number_57 ? same_2 : at_4;
-                        carry->sample.detected.acc_repeat.time = number_57 ? 0.0f
-                            : carry->sample.detected.acc_repeat.time + dt;
+                        if (at_4 == 0) {
+                            carry->sample.detected.acc_repeat.axes = same_2;
+                            carry->sample.detected.acc_repeat.time = 0.0f;
+                        } else {
+                            carry->sample.detected.acc_repeat.axes = at_4;
+                            carry->sample.detected.acc_repeat.time = carry->sample.detected.acc_repeat.time
+                                + dt;
+                        }
                         carry->sample.detected.acc_repeat.last.x = acc_x_2;
                         carry->sample.detected.acc_repeat.last.y = acc_y_2;
                         carry->sample.detected.acc_repeat.last.z = acc_z_2;
                     }
                 }
-                r_4 = r_6;
+                carry->sample.detected.acc_repeat.step = r_4;
             }
             int32_t health_5;
             if (carry->sample.detected.acc_extreme.clipped) {
                 health_5 = health_3 | 64;
             } else {
                 health_5 = carry->sample.detected.acc_repeat.time
-                    + number_11 >= lh_max(DETECTORS_STUCK_SECONDS, DETECTORS_STUCK_SAMPLES * dt)
+                    + number_3 >= lh_max(DETECTORS_STUCK_SECONDS, DETECTORS_STUCK_SAMPLES * dt)
                     ? health_3 | 256 : health_3;
             }
             /* detectors.is_far_from_g: Whether the norm of a specific force (m/s²) is more than acc_gate from g. */
             const float square = acc_x_2 * acc_x_2 + acc_y_2 * acc_y_2 + acc_z_2 * acc_z_2;
             const float low = lh_max(UNITS_GRAVITY - settings->guard.acc_gate, 0.0f);
             const float high = UNITS_GRAVITY + settings->guard.acc_gate;
-            carry->sample.detected.acc_repeat.step = r_4;
             far = !(low * low <= square && square <= high * high);
             health_4 = health_5;
         } else {
@@ -2064,23 +1508,23 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
         float last_y_5;
         float last_z_5;
         if (at == 0) {
-            float number_58;
-            float number_59;
-            float number_60;
+            float number_30;
+            float number_31;
+            float number_32;
             if (lh_max(lh_max(carry->sample.detected.noise.evidence.x,
                 carry->sample.detected.noise.evidence.y),
                 carry->sample.detected.noise.evidence.z) > RATE_NOISE_SURE) {
-                number_58 = 0.0f;
-                number_59 = 0.0f;
-                number_60 = 0.0f;
+                number_30 = 0.0f;
+                number_31 = 0.0f;
+                number_32 = 0.0f;
             } else {
-                number_58 = carry->sample.detected.jump.rate.x + carry->sample.detected.jump.returned.x;
-                number_59 = carry->sample.detected.jump.rate.y + carry->sample.detected.jump.returned.y;
-                number_60 = carry->sample.detected.jump.rate.z + carry->sample.detected.jump.returned.z;
+                number_30 = carry->sample.detected.jump.rate.x + carry->sample.detected.jump.returned.x;
+                number_31 = carry->sample.detected.jump.rate.y + carry->sample.detected.jump.returned.y;
+                number_32 = carry->sample.detected.jump.rate.z + carry->sample.detected.jump.returned.z;
             }
-            last_x_5 = number_58;
-            last_y_5 = number_59;
-            last_z_5 = number_60;
+            last_x_5 = number_30;
+            last_y_5 = number_31;
+            last_z_5 = number_32;
         } else {
             last_x_5 = last_x_2;
             last_y_5 = last_y_2;
@@ -2088,227 +1532,173 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
         }
         /* conditioning.condition: The next sample, conditioned; sample is the one before. */
         const int32_t health_6 = health | health_4;
-        float acc_x_7;
-        float acc_y_7;
-        float acc_z_7;
+        float acc_x_6;
+        float acc_y_6;
+        float acc_z_6;
         if (acc_x_2 * acc_x_2 + acc_y_2 * acc_y_2 + acc_z_2 * acc_z_2 > TILT_NO_LENGTH) {
             full_scale_update_approach(&carry->sample.force, &carry->sample.detected.acc_extreme, acc_x_2,
                 acc_y_2, acc_z_2, dt);
-            float number_61;
-            float number_62;
-            float number_63;
+            float acc_x_7;
+            float acc_y_7;
+            float acc_z_7;
             if ((health_6 & 256) != 0) {
-                number_61 = 0.0f;
-                number_62 = 0.0f;
-                number_63 = 0.0f;
+                acc_x_7 = 0.0f;
+                acc_y_7 = 0.0f;
+                acc_z_7 = 0.0f;
             } else {
-                float x_7;
-                float y_7;
-                float z_7;
-                if (carry->sample.force.time == 0.0f) {
-                    x_7 = 0.0f;
-                    y_7 = 0.0f;
-                    z_7 = 0.0f;
+                float acc_x_8;
+                float acc_y_8;
+                float acc_z_8;
+                if (carry->sample.force.time > 0.0f) {
+                    const Vec3 mean_beyond = full_scale_mean_beyond(&carry->sample.force, dt);
+                    acc_x_8 = acc_x_2 + mean_beyond.x;
+                    acc_y_8 = acc_y_2 + mean_beyond.y;
+                    acc_z_8 = acc_z_2 + mean_beyond.z;
                 } else {
-                    /* full_scale.mean_beyond: The mean excess that the last reading, of dt seconds, leaves
-                     * out; at most as much as it reads.
-                     */
-                    const float number_64 = (carry->sample.force.time - 0.5f * dt) / 3.0f;
-                    /* vec3.scale: s·a */
-                    const float x_8 = carry->sample.force.slope.x * number_64;
-                    const float y_8 = carry->sample.force.slope.y * number_64;
-                    const float z_8 = carry->sample.force.slope.z * number_64;
-                    /* vec3.norm: |a| */
-                    const float size = sqrtf(x_8 * x_8 + y_8 * y_8 + z_8 * z_8);
-                    const float most = sqrtf(carry->sample.force.last.x * carry->sample.force.last.x
-                        + carry->sample.force.last.y * carry->sample.force.last.y
-                        + carry->sample.force.last.z * carry->sample.force.last.z);
-                    float x_9;
-                    float y_9;
-                    float z_9;
-                    if (size > most) {
-                        /* full_scale.mean_beyond: The mean excess that the last reading, of dt seconds,
-                         * leaves out; at most as much as it reads.
-                         */
-                        const float number_65 = most / size;
-                        x_9 = x_8 * number_65;
-                        y_9 = y_8 * number_65;
-                        z_9 = z_8 * number_65;
-                    } else {
-                        x_9 = x_8;
-                        y_9 = y_8;
-                        z_9 = z_8;
-                    }
-                    x_7 = x_9;
-                    y_7 = y_9;
-                    z_7 = z_9;
+                    acc_x_8 = acc_x_2;
+                    acc_y_8 = acc_y_2;
+                    acc_z_8 = acc_z_2;
                 }
-                number_61 = acc_x_2 + x_7;
-                number_62 = acc_y_2 + y_7;
-                number_63 = acc_z_2 + z_7;
+                acc_x_7 = acc_x_8;
+                acc_y_7 = acc_y_8;
+                acc_z_7 = acc_z_8;
             }
-            acc_x_7 = number_61;
-            acc_y_7 = number_62;
-            acc_z_7 = number_63;
+            acc_x_6 = acc_x_7;
+            acc_y_6 = acc_y_7;
+            acc_z_6 = acc_z_7;
         } else {
-            acc_x_7 = acc_x_2;
-            acc_y_7 = acc_y_2;
-            acc_z_7 = acc_z_2;
+            acc_x_6 = acc_x_2;
+            acc_y_6 = acc_y_2;
+            acc_z_6 = acc_z_2;
         }
-        const bool number_66 = dt > TILT_GAP_SECONDS;
-        const int32_t health_7 = number_66 ? health_6 | 8 : health_6;
+        const bool number_33 = dt > TILT_GAP_SECONDS;
+        const int32_t health_7 = number_33 ? health_6 | 8 : health_6;
         /* conditioning.unmeasured_rotation: The rotation while the rate was unusable; its variance is 0 up to LEAST_ROTATION.
          */
-        const bool number_67 = (health_7 & 161) == 0;
+        const bool number_34 = (health_7 & 161) == 0;
         float rate_age;
-        float unmeasured_2;
-        if (number_67) {
+        float unmeasured;
+        if (number_34) {
             rate_age = 0.0f;
-            unmeasured_2 = 0.0f;
+            unmeasured = 0.0f;
         } else {
-            const float number_68 = carry->sample.rate_age + dt;
-            const float after = TILT_TURN * number_68;
-            float number_69;
+            const float number_35 = carry->sample.rate_age + dt;
+            const float after = TILT_TURN * number_35;
+            float number_36;
             if (after <= CONDITIONING_LEAST_ROTATION) {
-                number_69 = 0.0f;
+                number_36 = 0.0f;
             } else {
-                number_69 = after * after
+                number_36 = after * after
                     - (TILT_TURN * carry->sample.rate_age > CONDITIONING_LEAST_ROTATION
                     ? TILT_TURN * carry->sample.rate_age * (TILT_TURN * carry->sample.rate_age) : 0.0f);
             }
-            rate_age = number_68;
-            unmeasured_2 = number_69;
+            rate_age = number_35;
+            unmeasured = number_36;
         }
-        const float time_4 = carry->sample.rate.time;
-        if ((health_7 & 32) != 0 || number_67) {
-            full_scale_update_approach(&carry->sample.rate, &carry->sample.detected.gyr_extreme, last_x_5,
-                last_y_5, last_z_5, dt);
-        } else {
-            carry->sample.rate.time = 0.0f;
-            carry->sample.rate.last.x = last_x_5;
-            carry->sample.rate.last.y = last_y_5;
-            carry->sample.rate.last.z = last_z_5;
-        }
+        const float time_2 = carry->sample.rate.time;
         float last_x_6;
         float last_y_6;
         float last_z_6;
-        float time_5;
-        float unmeasured_3;
+        if ((health_7 & 32) != 0 || number_34) {
+            full_scale_update_approach(&carry->sample.rate, &carry->sample.detected.gyr_extreme, last_x_5,
+                last_y_5, last_z_5, dt);
+            last_x_6 = carry->sample.rate.last.x;
+            last_y_6 = carry->sample.rate.last.y;
+            last_z_6 = carry->sample.rate.last.z;
+        } else {
+            carry->sample.rate.time = 0.0f;
+            last_x_6 = last_x_5;
+            last_y_6 = last_y_5;
+            last_z_6 = last_z_5;
+        }
+        float last_x_7;
+        float last_y_7;
+        float last_z_7;
+        float unmeasured_2;
         if (carry->sample.rate.time > 0.0f) {
             /* full_scale.variance_beyond: u² s², variance of the integral of what is beyond, time seconds
              * after full scale was reached.
              */
             const float missed = FULL_SCALE_CLIPPED_SHARE * carry->sample.rate.time * carry->sample.rate.time
                 / 6.0f;
-            const float number_70 = carry->sample.rate.slope.x * carry->sample.rate.slope.x
+            const float number_37 = carry->sample.rate.slope.x * carry->sample.rate.slope.x
                 + carry->sample.rate.slope.y * carry->sample.rate.slope.y
                 + carry->sample.rate.slope.z * carry->sample.rate.slope.z;
-            const float missed_2 = FULL_SCALE_CLIPPED_SHARE * time_4 * time_4 / 6.0f;
-            float x_10;
-            float y_10;
-            float z_10;
-            if (carry->sample.rate.time == 0.0f) {
-                x_10 = 0.0f;
-                y_10 = 0.0f;
-                z_10 = 0.0f;
-            } else {
-                /* full_scale.mean_beyond: The mean excess that the last reading, of dt seconds, leaves out;
-                 * at most as much as it reads.
-                 */
-                const float number_71 = (carry->sample.rate.time - 0.5f * dt) / 3.0f;
-                /* vec3.scale: s·a */
-                const float x_11 = carry->sample.rate.slope.x * number_71;
-                const float y_11 = carry->sample.rate.slope.y * number_71;
-                const float z_11 = carry->sample.rate.slope.z * number_71;
-                /* vec3.norm: |a| */
-                const float size_2 = sqrtf(x_11 * x_11 + y_11 * y_11 + z_11 * z_11);
-                const float most_2 = sqrtf(carry->sample.rate.last.x * carry->sample.rate.last.x
-                    + carry->sample.rate.last.y * carry->sample.rate.last.y
-                    + carry->sample.rate.last.z * carry->sample.rate.last.z);
-                float x_12;
-                float y_12;
-                float z_12;
-                if (size_2 > most_2) {
-                    /* full_scale.mean_beyond: The mean excess that the last reading, of dt seconds, leaves
-                     * out; at most as much as it reads.
-                     */
-                    const float number_72 = most_2 / size_2;
-                    x_12 = x_11 * number_72;
-                    y_12 = y_11 * number_72;
-                    z_12 = z_11 * number_72;
-                } else {
-                    x_12 = x_11;
-                    y_12 = y_11;
-                    z_12 = z_11;
-                }
-                x_10 = x_12;
-                y_10 = y_12;
-                z_10 = z_12;
-            }
-            last_x_6 = last_x_5 + x_10;
-            last_y_6 = last_y_5 + y_10;
-            last_z_6 = last_z_5 + z_10;
-            time_5 = carry->sample.rate.time;
-            unmeasured_3 = missed * missed * number_70 - missed_2 * missed_2 * number_70;
+            const float missed_2 = FULL_SCALE_CLIPPED_SHARE * time_2 * time_2 / 6.0f;
+            carry->sample.rate.last.x = last_x_6;
+            carry->sample.rate.last.y = last_y_6;
+            carry->sample.rate.last.z = last_z_6;
+            const Vec3 mean_beyond_2 = full_scale_mean_beyond(&carry->sample.rate, dt);
+            carry->sample.rate_age = carry->sample.rate.time;
+            last_x_7 = last_x_5 + mean_beyond_2.x;
+            last_y_7 = last_y_5 + mean_beyond_2.y;
+            last_z_7 = last_z_5 + mean_beyond_2.z;
+            unmeasured_2 = missed * missed * number_37 - missed_2 * missed_2 * number_37;
         } else {
-            float last_x_7;
-            float last_y_7;
-            float last_z_7;
-            float unmeasured_4;
-            if (dt <= TILT_GAP_SECONDS && number_67) {
-                float unmeasured_5;
-                if (number_12) {
+            float last_x_8;
+            float last_y_8;
+            float last_z_8;
+            float unmeasured_3;
+            if (dt <= TILT_GAP_SECONDS && number_34) {
+                float unmeasured_4;
+                if (number_5) {
                     /* vec3.sub: a − b */
-                    const float number_73 = last_x_5 - last_x;
-                    const float number_74 = last_y_5 - last_y;
-                    const float number_75 = last_z_5 - last_z;
+                    const float number_38 = last_x_5 - last_x;
+                    const float number_39 = last_y_5 - last_y;
+                    const float number_40 = last_z_5 - last_z;
                     /* conditioning.lost_variance: rad², about each axis, of the rotation in lost seconds
                      * without samples, if the mean of the rates before and after is held for it.
                      */
-                    const float number_76 = CONDITIONING_CHANGE_VARIANCE
-                        * (number_73 * number_73 + number_74 * number_74 + number_75 * number_75)
+                    const float number_41 = CONDITIONING_CHANGE_VARIANCE
+                        * (number_38 * number_38 + number_39 * number_39 + number_40 * number_40)
                         + CONDITIONING_RETURN_VARIANCE
                         * lh_max(last_x_5 * last_x_5 + last_y_5 * last_y_5 + last_z_5 * last_z_5,
                         last_x * last_x + last_y * last_y + last_z * last_z);
-                    unmeasured_5 = lost * lost * number_76;
+                    unmeasured_4 = lost * lost * number_41;
                 } else {
-                    unmeasured_5 = unmeasured_2;
+                    unmeasured_4 = unmeasured;
                 }
                 /* detectors.mean_rate: The mean rate (rad/s) over the dt seconds between the stamps of two readings. */
                 const float share = lh_max(0.5f - DETECTORS_GROUP_DELAY / dt, 0.0f);
-                last_x_7 = last_x_5 - (last_x_5 - last_x) * share;
-                last_y_7 = last_y_5 - (last_y_5 - last_y) * share;
-                last_z_7 = last_z_5 - (last_z_5 - last_z) * share;
-                unmeasured_4 = unmeasured_5;
+                last_x_8 = last_x_5 - (last_x_5 - last_x) * share;
+                last_y_8 = last_y_5 - (last_y_5 - last_y) * share;
+                last_z_8 = last_z_5 - (last_z_5 - last_z) * share;
+                unmeasured_3 = unmeasured_4;
             } else {
-                last_x_7 = last_x_5;
-                last_y_7 = last_y_5;
-                last_z_7 = last_z_5;
-                unmeasured_4 = unmeasured_2;
+                last_x_8 = last_x_5;
+                last_y_8 = last_y_5;
+                last_z_8 = last_z_5;
+                unmeasured_3 = unmeasured;
             }
-            last_x_6 = last_x_7;
-            last_y_6 = last_y_7;
-            last_z_6 = last_z_7;
-            time_5 = rate_age;
-            unmeasured_3 = unmeasured_4;
+            carry->sample.rate_age = rate_age;
+            last_x_7 = last_x_8;
+            last_y_7 = last_y_8;
+            last_z_7 = last_z_8;
+            unmeasured_2 = unmeasured_3;
         }
-        const bool number_77 = carry->sample.since_sigma
+        const bool number_42 = carry->sample.since_sigma
             + ELAPSED_SLACK * carry->sample.dt >= OBSERVER_COVARIANCE_INTERVAL
             || carry->sample.unmeasured > 0.0f;
         /* conditioning.condition: The next sample, conditioned; sample is the one before. */
-        const float since_sigma_2 = (number_77 ? 0.0f : carry->sample.since_sigma) + dt;
-        const int32_t sensors_2 = mag_x_2 * mag_x_2 + mag_y_2 * mag_y_2 + mag_z_2 * mag_z_2 > TILT_NO_LENGTH
-            ? (acc_x_7 * acc_x_7 + acc_y_7 * acc_y_7 + acc_z_7 * acc_z_7 > TILT_NO_LENGTH
-            ? (number_77 ? 0 : carry->sample.corrected_by) | 1
-            : (number_77 ? 0 : carry->sample.corrected_by)) | 2
-            : (acc_x_7 * acc_x_7 + acc_y_7 * acc_y_7 + acc_z_7 * acc_z_7 > TILT_NO_LENGTH
-            ? (number_77 ? 0 : carry->sample.corrected_by) | 1
-            : (number_77 ? 0 : carry->sample.corrected_by));
-        const bool rate_unknown = rate_lost || number_66;
+        const float since_sigma = (number_42 ? 0.0f : carry->sample.since_sigma) + dt;
+        const int32_t sensors = mag_x_2 * mag_x_2 + mag_y_2 * mag_y_2 + mag_z_2 * mag_z_2 > TILT_NO_LENGTH
+            ? (acc_x_6 * acc_x_6 + acc_y_6 * acc_y_6 + acc_z_6 * acc_z_6 > TILT_NO_LENGTH
+            ? (number_42 ? 0 : carry->sample.corrected_by) | 1
+            : (number_42 ? 0 : carry->sample.corrected_by)) | 2
+            : (acc_x_6 * acc_x_6 + acc_y_6 * acc_y_6 + acc_z_6 * acc_z_6 > TILT_NO_LENGTH
+            ? (number_42 ? 0 : carry->sample.corrected_by) | 1
+            : (number_42 ? 0 : carry->sample.corrected_by));
+        const bool rate_unknown = rate_lost || number_33;
+        if (carry->sample.interval == 0.0f) {
+            carry->sample.interval = dt;
+        } else {
+            carry->sample.interval = carry->sample.interval
+                + (lh_min(dt, number_4) - carry->sample.interval) / CONDITIONING_INTERVALS;
+        }
         float bias_x;
         float bias_y;
         float bias_z;
-        if (number_51) {
+        if (number_26) {
             /* rest.is_turn: Whether a steady mean rate (rad/s) is a turn and no bias: too large for any, or
              * far from what is known of it.
              */
@@ -2317,34 +1707,34 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
             const float square_2 = carry->sample.detected.means.gyr.x * carry->sample.detected.means.gyr.x
                 + carry->sample.detected.means.gyr.y * carry->sample.detected.means.gyr.y
                 + carry->sample.detected.means.gyr.z * carry->sample.detected.means.gyr.z;
-            bool number_78;
+            bool number_43;
             if (square_2 > limit * limit) {
-                number_78 = true;
+                number_43 = true;
             } else {
-                bool number_79;
+                bool number_44;
                 if (!carry->run.guard.rest.known) {
-                    number_79 = false;
+                    number_44 = false;
                 } else {
                     /* vec3.add: a + b */
-                    const float x_13 = carry->run.guard.rest.bias.x + carry->run.state.bias.x;
-                    const float y_13 = carry->run.guard.rest.bias.y + carry->run.state.bias.y;
-                    const float z_13 = carry->run.guard.rest.bias.z + carry->run.state.bias.z;
+                    const float x_7 = carry->run.guard.rest.bias.x + carry->run.state.bias.x;
+                    const float y_7 = carry->run.guard.rest.bias.y + carry->run.state.bias.y;
+                    const float z_7 = carry->run.guard.rest.bias.z + carry->run.state.bias.z;
                     /* rest.distance2: |v − mean|² */
-                    const float x_14 = carry->sample.detected.means.gyr.x - x_13;
-                    const float y_14 = carry->sample.detected.means.gyr.y - y_13;
-                    const float z_14 = carry->sample.detected.means.gyr.z - z_13;
-                    number_79 = square_2 > x_13 * x_13 + y_13 * y_13 + z_13 * z_13
-                        && x_14 * x_14 + y_14 * y_14 + z_14 * z_14 > REST_BIAS_CHANGE;
+                    const float x_8 = carry->sample.detected.means.gyr.x - x_7;
+                    const float y_8 = carry->sample.detected.means.gyr.y - y_7;
+                    const float z_8 = carry->sample.detected.means.gyr.z - z_7;
+                    number_44 = square_2 > x_7 * x_7 + y_7 * y_7 + z_7 * z_7
+                        && x_8 * x_8 + y_8 * y_8 + z_8 * z_8 > REST_BIAS_CHANGE;
                 }
-                number_78 = number_79;
+                number_43 = number_44;
             }
-            float time_6;
+            float time_3;
             float bias_x_2;
             float bias_y_2;
             float bias_z_2;
-            if (carry->sample.detected.means.pace == 0.0f || number_78) {
+            if (carry->sample.detected.means.pace == 0.0f || number_43) {
                 carry->run.guard.rest.moved = true;
-                time_6 = 0.0f;
+                time_3 = 0.0f;
                 bias_x_2 = carry->run.guard.rest.bias.x;
                 bias_y_2 = carry->run.guard.rest.bias.y;
                 bias_z_2 = carry->run.guard.rest.bias.z;
@@ -2352,47 +1742,47 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
                 /* elapsed.has_elapsed: Whether time (s), a sum of intervals of which the last was dt (s), has
                  * reached length (s).
                  */
-                const float number_80 = ELAPSED_SLACK * REST_INTERVAL;
+                const float number_45 = ELAPSED_SLACK * REST_INTERVAL;
                 /* rest.update_rest: After an interval of dt seconds: how long the sensor has been quiet, and
                  * the bias (rad/s) as a running mean.
                  */
-                const float time_7 = carry->run.guard.rest.time
+                const float time_4 = carry->run.guard.rest.time
                     + (carry->run.guard.rest.moved
                     || (carry->run.guard.rest.time > 0.0f
-                    && carry->run.guard.rest.time + number_80 >= settings->guard.rest_time) ? time_3
-                    : time_3 * carry->sample.detected.means.pace);
-                const bool number_81 = time_7 > 0.0f && time_7 + number_80 >= settings->guard.rest_time;
+                    && carry->run.guard.rest.time + number_45 >= settings->guard.rest_time) ? time
+                    : time * carry->sample.detected.means.pace);
+                const bool number_46 = time_4 > 0.0f && time_4 + number_45 >= settings->guard.rest_time;
                 float bias_x_3;
                 float bias_y_3;
                 float bias_z_3;
-                if (number_81) {
+                if (number_46) {
                     /* lowpass.lowpass_weight: The weight of a new sample in a first-order low-pass of time
                      * constant tau: dt/(min(τ, age) + dt).
                      */
-                    const float number_82 = time_3
+                    const float number_47 = time
                         / (lh_min(REST_BIAS_TIME,
-                        lh_max(carry->run.guard.rest.time - settings->guard.rest_time, 0.0f)) + time_3);
+                        lh_max(carry->run.guard.rest.time - settings->guard.rest_time, 0.0f)) + time);
                     bias_x_3 = carry->run.guard.rest.bias.x
-                        + number_82 * (carry->sample.detected.means.gyr.x - carry->run.state.bias.x
+                        + number_47 * (carry->sample.detected.means.gyr.x - carry->run.state.bias.x
                         - carry->run.guard.rest.bias.x);
                     bias_y_3 = carry->run.guard.rest.bias.y
-                        + number_82 * (carry->sample.detected.means.gyr.y - carry->run.state.bias.y
+                        + number_47 * (carry->sample.detected.means.gyr.y - carry->run.state.bias.y
                         - carry->run.guard.rest.bias.y);
                     bias_z_3 = carry->run.guard.rest.bias.z
-                        + number_82 * (carry->sample.detected.means.gyr.z - carry->run.state.bias.z
+                        + number_47 * (carry->sample.detected.means.gyr.z - carry->run.state.bias.z
                         - carry->run.guard.rest.bias.z);
                 } else {
                     bias_x_3 = carry->run.guard.rest.bias.x;
                     bias_y_3 = carry->run.guard.rest.bias.y;
                     bias_z_3 = carry->run.guard.rest.bias.z;
                 }
-                carry->run.guard.rest.known = carry->run.guard.rest.known || number_81;
-                time_6 = time_7;
+                carry->run.guard.rest.known = carry->run.guard.rest.known || number_46;
+                time_3 = time_4;
                 bias_x_2 = bias_x_3;
                 bias_y_2 = bias_y_3;
                 bias_z_2 = bias_z_3;
             }
-            carry->run.guard.rest.time = time_6;
+            carry->run.guard.rest.time = time_3;
             bias_x = bias_x_2;
             bias_y = bias_y_2;
             bias_z = bias_z_2;
@@ -2401,21 +1791,18 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
             bias_y = carry->run.guard.rest.bias.y;
             bias_z = carry->run.guard.rest.bias.z;
         }
-        const bool number_83 = unmeasured_3 > 0.0f;
-        if (number_83) {
+        const bool number_48 = unmeasured_2 > 0.0f;
+        if (number_48) {
             carry->run.state.age = carry->run.state.age
-                / (1.0f + carry->run.state.age * unmeasured_3 / LOWPASS_DIRECTION_DENSITY);
+                / (1.0f + carry->run.state.age * unmeasured_2 / LOWPASS_DIRECTION_DENSITY);
         }
         if (far || carry->sample.detected.far_from_g) {
-            carry->sample.gyr.x = last_x_6;
-            carry->sample.gyr.y = last_y_6;
-            carry->sample.gyr.z = last_z_6;
-            carry->sample.acc.x = acc_x_7;
-            carry->sample.acc.y = acc_y_7;
-            carry->sample.acc.z = acc_z_7;
-            carry->sample.mag.x = mag_x_2;
-            carry->sample.mag.y = mag_y_2;
-            carry->sample.mag.z = mag_z_2;
+            carry->sample.gyr.x = last_x_7;
+            carry->sample.gyr.y = last_y_7;
+            carry->sample.gyr.z = last_z_7;
+            carry->sample.acc.x = acc_x_6;
+            carry->sample.acc.y = acc_y_6;
+            carry->sample.acc.z = acc_z_6;
             carry->sample.dt = dt;
             carry->sample.health = health_7;
             carry->sample.rate_unknown = rate_unknown;
@@ -2423,256 +1810,663 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
             carry->run.guard.rest.bias.x = bias_x;
             carry->run.guard.rest.bias.y = bias_y;
             carry->run.guard.rest.bias.z = bias_z;
-            driver_step_accelerated(settings, &carry->sample, &carry->run);
+            driver_gate_acceleration(settings, &carry->sample, &carry->run);
         } else {
-            carry->sample.gyr.x = last_x_6;
-            carry->sample.gyr.y = last_y_6;
-            carry->sample.gyr.z = last_z_6;
-            carry->sample.mag.x = mag_x_2;
-            carry->sample.mag.y = mag_y_2;
-            carry->sample.mag.z = mag_z_2;
-            carry->sample.dt = dt;
-            carry->sample.rate_unknown = rate_unknown;
             carry->run.health = health_7;
-            carry->run.guard.rest.bias.x = bias_x;
-            carry->run.guard.rest.bias.y = bias_y;
-            carry->run.guard.rest.bias.z = bias_z;
-            driver_step_gated(settings, &carry->sample, &carry->run, acc_x_7, acc_y_7, acc_z_7);
         }
+        float bias_x_4;
+        float bias_y_4;
+        float bias_z_4;
+        if (rate_unknown) {
+            bias_x_4 = carry->run.state.bias.x;
+            bias_y_4 = carry->run.state.bias.y;
+            bias_z_4 = carry->run.state.bias.z;
+        } else {
+            bias_x_4 = last_x_7 - bias_x;
+            bias_y_4 = last_y_7 - bias_y;
+            bias_z_4 = last_z_7 - bias_z;
+        }
+        float acc_x_9;
+        float acc_y_9;
+        float acc_z_9;
+        if ((carry->run.health & 512) != 0) {
+            acc_x_9 = 0.0f;
+            acc_y_9 = 0.0f;
+            acc_z_9 = 0.0f;
+        } else {
+            acc_x_9 = acc_x_6;
+            acc_y_9 = acc_y_6;
+            acc_z_9 = acc_z_6;
+        }
+        const bool rest = carry->run.guard.rest.time > 0.0f
+            && carry->run.guard.rest.time + ELAPSED_SLACK * REST_INTERVAL >= settings->guard.rest_time;
+        const int32_t at_5 = rest ? 2048 : 0;
+        /* tilt.is_present: Whether a sensor is there: an absent one is the zero vector, and so is what is too
+         * short to have a direction.
+         */
+        const float number_49 = mag_x_2 * mag_x_2 + mag_y_2 * mag_y_2 + mag_z_2 * mag_z_2;
+        float mag_x_4;
+        float mag_y_4;
+        float mag_z_4;
+        int32_t health_8;
+        if (number_49 > TILT_NO_LENGTH) {
+            /* quat.up: The earth's vertical in the sensor frame: (−sin θ, sin φ cos θ, cos φ cos θ) with roll φ and pitch θ.
+             */
+            const float x_9 = 2.0f * (carry->run.state.quat.x * carry->run.state.quat.z
+                - carry->run.state.quat.w * carry->run.state.quat.y);
+            const float y_9 = 2.0f * (carry->run.state.quat.w * carry->run.state.quat.x
+                + carry->run.state.quat.y * carry->run.state.quat.z);
+            const float z_9 = 1.0f - 2.0f
+                * (carry->run.state.quat.x * carry->run.state.quat.x
+                + carry->run.state.quat.y * carry->run.state.quat.y);
+            /* field.update_field: The reference after a reading (µT); rejected > 0: the reading is not of the earth's field.
+             */
+            const float n = sqrtf(number_49);
+            const float number_50 = (x_9 + dt * (y_9 * bias_z_4 - z_9 * bias_y_4)) * mag_x_2
+                + (y_9 + dt * (z_9 * bias_x_4 - x_9 * bias_z_4)) * mag_y_2
+                + (z_9 + dt * (x_9 * bias_y_4 - y_9 * bias_x_4)) * mag_z_2;
+            const float d = number_50 * (1.0f / n);
+            float number_51;
+            if (carry->run.guard.field.age == 0.0f
+                || (carry->run.guard.field.rejected > 0.0f
+                && carry->run.guard.field.rejected
+                + ELAPSED_SLACK * dt >= lh_min(settings->guard.mag_time, carry->run.guard.field.age))) {
+                carry->run.guard.field.norm = n;
+                carry->run.guard.field.dip = d;
+                carry->run.guard.field.age = dt;
+                number_51 = 0.0f;
+            } else {
+                const float number_52 = n - carry->run.guard.field.norm;
+                const float number_53 = d - carry->run.guard.field.dip;
+                float number_54;
+                if (fabsf(number_52) > settings->guard.mag_gate * carry->run.guard.field.norm
+                    || fabsf(number_53) > settings->guard.mag_angle * UNITS_DEGREE) {
+                    number_54 = carry->run.guard.field.rejected + dt;
+                } else {
+                    /* lowpass.lowpass_weight: The weight of a new sample in a first-order low-pass of time
+                     * constant tau: dt/(min(τ, age) + dt).
+                     */
+                    const float weight_3 = dt / (lh_min(FIELD_FIELD_TIME, carry->run.guard.field.age) + dt);
+                    carry->run.guard.field.norm = carry->run.guard.field.norm + weight_3 * number_52;
+                    carry->run.guard.field.dip = carry->run.guard.field.dip + weight_3 * number_53;
+                    carry->run.guard.field.age = lh_min(carry->run.guard.field.age + dt, FIELD_FIELD_TIME);
+                    number_54 = 0.0f;
+                }
+                number_51 = number_54;
+            }
+            float mag_x_5;
+            float mag_y_5;
+            float mag_z_5;
+            int32_t health_9;
+            if (number_51 > 0.0f) {
+                mag_x_5 = 0.0f;
+                mag_y_5 = 0.0f;
+                mag_z_5 = 0.0f;
+                health_9 = at_5 | 1024;
+            } else {
+                mag_x_5 = mag_x_2;
+                mag_y_5 = mag_y_2;
+                mag_z_5 = mag_z_2;
+                health_9 = carry->run.guard.field.age <= dt ? at_5 | 4096 : at_5;
+            }
+            carry->run.guard.field.rejected = number_51;
+            mag_x_4 = mag_x_5;
+            mag_y_4 = mag_y_5;
+            mag_z_4 = mag_z_5;
+            health_8 = health_9;
+        } else {
+            mag_x_4 = mag_x_2;
+            mag_y_4 = mag_y_2;
+            mag_z_4 = mag_z_2;
+            health_8 = at_5;
+        }
+        /* direction_filter.integrate: The attitude after dt seconds at the rate gyr (rad/s) without the bias. */
+        const float x_10 = (bias_x_4 - carry->run.state.bias.x) * dt;
+        const float y_10 = (bias_y_4 - carry->run.state.bias.y) * dt;
+        const float z_10 = (bias_z_4 - carry->run.state.bias.z) * dt;
+        /* vector_error.rotate: q ⊗ exp(v) with v = (x, y, z) rad, of unit length to rounding; correct keeps
+         * the rounding from piling up.
+         */
+        const float square_3 = 0.25f * (x_10 * x_10 + y_10 * y_10 + z_10 * z_10);
+        const float fourth = square_3 * square_3;
+        float w;
+        float x_11;
+        float y_11;
+        float z_11;
+        if (fourth > VECTOR_ERROR_SHORT) {
+            float s;
+            float c;
+            if (square_3 < QUAT_SMALL) {
+                s = 0.5f - square_3 * (1.0f / 12.0f)
+                    + fourth * (1.0f / 240.0f - square_3 * (1.0f / 10080.0f) + fourth * (1.0f / 725760.0f));
+                c = 1.0f - 0.5f * square_3
+                    + fourth * (1.0f / 24.0f - square_3 * (1.0f / 720.0f) + fourth * (1.0f / 40320.0f));
+            } else {
+                /* quat.sinc_half: sin(angle/2)/angle of square = (angle/2)². */
+                const float half = sqrtf(square_3);
+                const SinCos sincos = trig_sincos(half);
+                const SinCos sincos_2 = trig_sincos(sqrtf(square_3));
+                s = 0.5f * sincos.sin / half;
+                c = sincos_2.cos;
+            }
+            /* quat.exp: The quaternion of a rotation vector (axis times angle, rad): (cos |v|/2, sin(|v|/2)/|v| · v).
+             */
+            const float number_55 = x_10 * s;
+            const float number_56 = y_10 * s;
+            const float number_57 = z_10 * s;
+            w = carry->run.state.quat.w * c - carry->run.state.quat.x * number_55
+                - carry->run.state.quat.y * number_56 - carry->run.state.quat.z * number_57;
+            x_11 = carry->run.state.quat.w * number_55 + carry->run.state.quat.x * c
+                + carry->run.state.quat.y * number_57 - carry->run.state.quat.z * number_56;
+            y_11 = carry->run.state.quat.w * number_56 - carry->run.state.quat.x * number_57
+                + carry->run.state.quat.y * c + carry->run.state.quat.z * number_55;
+            z_11 = carry->run.state.quat.w * number_57 + carry->run.state.quat.x * number_56
+                - carry->run.state.quat.y * number_55 + carry->run.state.quat.z * c;
+        } else {
+            const float s_2 = 0.5f - square_3 * (1.0f / 12.0f)
+                + fourth * (1.0f / 240.0f - square_3 * (1.0f / 10080.0f));
+            const float c_2 = 1.0f - square_3 * 0.5f + fourth * (1.0f / 24.0f - square_3 * (1.0f / 720.0f));
+            const float x_12 = x_10 * s_2;
+            const float y_12 = y_10 * s_2;
+            const float z_12 = z_10 * s_2;
+            w = carry->run.state.quat.w * c_2 - carry->run.state.quat.x * x_12
+                - (carry->run.state.quat.y * y_12 + carry->run.state.quat.z * z_12);
+            x_11 = carry->run.state.quat.w * x_12 + carry->run.state.quat.x * c_2
+                + (carry->run.state.quat.y * z_12 - carry->run.state.quat.z * y_12);
+            y_11 = carry->run.state.quat.w * y_12 + carry->run.state.quat.y * c_2
+                + (carry->run.state.quat.z * x_12 - carry->run.state.quat.x * z_12);
+            z_11 = carry->run.state.quat.w * z_12 + carry->run.state.quat.z * c_2
+                + (carry->run.state.quat.x * y_12 - carry->run.state.quat.y * x_12);
+        }
+        const float age = dt > TILT_GAP_SECONDS ? 0.0f : lh_min(carry->run.state.age + dt, LOWPASS_AGE_LIMIT);
+        /* quat.up: The earth's vertical in the sensor frame: (−sin θ, sin φ cos θ, cos φ cos θ) with roll φ and pitch θ.
+         */
+        const float ex = 2.0f * (x_11 * z_11 - w * y_11);
+        const float ey = 2.0f * (w * x_11 + y_11 * z_11);
+        const float ez = 1.0f - 2.0f * (x_11 * x_11 + y_11 * y_11);
+        /* vec3.normalize: a/|a|; the zero vector (an absent sensor), and what is too short to have a
+         * direction, gives the zero vector.
+         */
+        const float n_2 = sqrtf(acc_x_9 * acc_x_9 + acc_y_9 * acc_y_9 + acc_z_9 * acc_z_9);
+        float sx;
+        float sy;
+        float sz;
+        if (n_2 > VEC3_SHORTEST) {
+            const float one_2 = 1.0f / n_2;
+            sx = acc_x_9 * one_2;
+            sy = acc_y_9 * one_2;
+            sz = acc_z_9 * one_2;
+        } else {
+            sx = 0.0f;
+            sy = 0.0f;
+            sz = 0.0f;
+        }
+        /* vector_error.direction_error: s × ŝ of unit vectors; beyond a right angle of length one. */
+        const float x_13 = sy * ez - sz * ey;
+        const float y_13 = sz * ex - sx * ez;
+        const float z_13 = sx * ey - sy * ex;
+        float x_14;
+        float y_14;
+        float z_14;
+        if (sx * ex + sy * ey + sz * ez < 0.0f) {
+            /* vector_error.obtuse_error: direction_error beyond a right angle: the cross product (x, y, z) at length one.
+             */
+            const float n_3 = sqrtf(x_13 * x_13 + y_13 * y_13 + z_13 * z_13);
+            float number_58;
+            float number_59;
+            float number_60;
+            if (n_3 < VECTOR_ERROR_NO_AXIS) {
+                float number_61;
+                float number_62;
+                float number_63;
+                if (fabsf(ex) < 0.8f) {
+                    /* vector_error.perpendicular: A unit vector perpendicular to the unit vector v. */
+                    const float n_4 = sqrtf(ey * ey + ez * ez);
+                    number_61 = 0.0f;
+                    number_62 = ez / n_4;
+                    number_63 = -ey / n_4;
+                } else {
+                    /* vector_error.perpendicular: A unit vector perpendicular to the unit vector v. */
+                    const float n_5 = sqrtf(ex * ex + ey * ey);
+                    number_61 = ey / n_5;
+                    number_62 = -ex / n_5;
+                    number_63 = 0.0f;
+                }
+                number_58 = number_61;
+                number_59 = number_62;
+                number_60 = number_63;
+            } else {
+                number_58 = x_13 / n_3;
+                number_59 = y_13 / n_3;
+                number_60 = z_13 / n_3;
+            }
+            x_14 = number_58;
+            y_14 = number_59;
+            z_14 = number_60;
+        } else {
+            x_14 = x_13;
+            y_14 = y_13;
+            z_14 = z_13;
+        }
+        /* mahony.step: Eqs. 1 to 5. */
+        const float number_64 = 1.0f / settings->filter.kp;
+        /* lowpass.lowpass_weight: The weight of a new sample in a first-order low-pass of time constant tau:
+         * dt/(min(τ, age) + dt).
+         */
+        const float number_65 = lh_min(number_64, age);
+        const float kt = dt / (number_65 + dt);
+        /* tilt.is_present: Whether a sensor is there: an absent one is the zero vector, and so is what is too
+         * short to have a direction.
+         */
+        const float number_66 = mag_x_4 * mag_x_4 + mag_y_4 * mag_y_4 + mag_z_4 * mag_z_4;
+        float x_15;
+        float y_15;
+        float z_15;
+        float x_16;
+        float y_16;
+        float z_16;
+        if (number_66 > TILT_NO_LENGTH) {
+            float kt_2;
+            float x_17;
+            float y_17;
+            float z_17;
+            float kh;
+            if (settings->filter.whole_field) {
+                /* vec3.normalize: a/|a|; the zero vector (an absent sensor), and what is too short to have a
+                 * direction, gives the zero vector.
+                 */
+                const float n_6 = sqrtf(number_66);
+                float vx;
+                float vy;
+                float vz;
+                if (n_6 > VEC3_SHORTEST) {
+                    const float one_3 = 1.0f / n_6;
+                    vx = mag_x_4 * one_3;
+                    vy = mag_y_4 * one_3;
+                    vz = mag_z_4 * one_3;
+                } else {
+                    vx = 0.0f;
+                    vy = 0.0f;
+                    vz = 0.0f;
+                }
+                /* quat.conjugate: q*, for a unit quaternion the inverse rotation. */
+                const float x_18 = -x_11;
+                const float y_18 = -y_11;
+                const float z_18 = -z_11;
+                /* quat.rotate: q v q*: a sensor-frame vector seen in the earth frame. */
+                const float tx = 2.0f * (y_11 * vz - z_11 * vy);
+                const float ty = 2.0f * (z_11 * vx - x_11 * vz);
+                const float tz = 2.0f * (x_11 * vy - y_11 * vx);
+                const float number_67 = vx + w * tx + y_11 * tz - z_11 * ty;
+                const float number_68 = vy + w * ty + z_11 * tx - x_11 * tz;
+                const float vz_2 = vz + w * tz + x_11 * ty - y_11 * tx;
+                /* vector_error.reference: The unit field in the earth frame if the attitude is right: its own dip, and north.
+                 */
+                const float vy_2 = sqrtf(number_67 * number_67 + number_68 * number_68);
+                /* quat.rotate: q v q*: a sensor-frame vector seen in the earth frame. */
+                const float tx_2 = 2.0f * (y_18 * vz_2 - z_18 * vy_2);
+                const float ty_2 = 2.0f * (z_18 * 0.0f - x_18 * vz_2);
+                const float tz_2 = 2.0f * (x_18 * vy_2 - y_18 * 0.0f);
+                const float ex_2 = 0.0f + w * tx_2 + y_18 * tz_2 - z_18 * ty_2;
+                const float ey_2 = vy_2 + w * ty_2 + z_18 * tx_2 - x_18 * tz_2;
+                const float ez_2 = vz_2 + w * tz_2 + x_18 * ty_2 - y_18 * tx_2;
+                /* vector_error.direction_error: s × ŝ of unit vectors; beyond a right angle of length one. */
+                const float x_19 = vy * ez_2 - vz * ey_2;
+                const float y_19 = vz * ex_2 - vx * ez_2;
+                const float z_19 = vx * ey_2 - vy * ex_2;
+                float x_20;
+                float y_20;
+                float z_20;
+                if (vx * ex_2 + vy * ey_2 + vz * ez_2 < 0.0f) {
+                    /* vector_error.obtuse_error: direction_error beyond a right angle: the cross product (x,
+                     * y, z) at length one.
+                     */
+                    const float n_7 = sqrtf(x_19 * x_19 + y_19 * y_19 + z_19 * z_19);
+                    float number_69;
+                    float number_70;
+                    float number_71;
+                    if (n_7 < VECTOR_ERROR_NO_AXIS) {
+                        float number_72;
+                        float number_73;
+                        float number_74;
+                        if (fabsf(ex_2) < 0.8f) {
+                            /* vector_error.perpendicular: A unit vector perpendicular to the unit vector v. */
+                            const float n_8 = sqrtf(ey_2 * ey_2 + ez_2 * ez_2);
+                            number_72 = 0.0f;
+                            number_73 = ez_2 / n_8;
+                            number_74 = -ey_2 / n_8;
+                        } else {
+                            /* vector_error.perpendicular: A unit vector perpendicular to the unit vector v. */
+                            const float n_9 = sqrtf(ex_2 * ex_2 + ey_2 * ey_2);
+                            number_72 = ey_2 / n_9;
+                            number_73 = -ex_2 / n_9;
+                            number_74 = 0.0f;
+                        }
+                        number_69 = number_72;
+                        number_70 = number_73;
+                        number_71 = number_74;
+                    } else {
+                        number_69 = x_19 / n_7;
+                        number_70 = y_19 / n_7;
+                        number_71 = z_19 / n_7;
+                    }
+                    x_20 = number_69;
+                    y_20 = number_70;
+                    z_20 = number_71;
+                } else {
+                    x_20 = x_19;
+                    y_20 = y_19;
+                    z_20 = z_19;
+                }
+                /* mahony.step: Eqs. 1 to 5. */
+                const float kt_3 = lh_min(kt, 1.0f / (1.0f + settings->filter.k_mag));
+                kt_2 = kt_3;
+                x_17 = x_20;
+                y_17 = y_20;
+                z_17 = z_20;
+                kh = kt_3 * settings->filter.k_mag;
+            } else {
+                /* vector_error.heading_error: The error of heading: up times the sine of the angle between
+                 * the field's horizontal part and north.
+                 */
+                const float tx_3 = 2.0f * (y_11 * mag_z_4 - z_11 * mag_y_4);
+                const float ty_3 = 2.0f * (z_11 * mag_x_4 - x_11 * mag_z_4);
+                const float tz_3 = 2.0f * (x_11 * mag_y_4 - y_11 * mag_x_4);
+                const float east = mag_x_4 + w * tx_3 + (y_11 * tz_3 - z_11 * ty_3);
+                const float north = mag_y_4 + w * ty_3 + (z_11 * tx_3 - x_11 * tz_3);
+                const float square_4 = east * east + north * north;
+                float number_75;
+                float number_76;
+                float number_77;
+                if (square_4 < VEC3_SHORTEST) {
+                    number_75 = 0.0f;
+                    number_76 = 0.0f;
+                    number_77 = 0.0f;
+                } else {
+                    float sine;
+                    if (north < 0.0f) {
+                        sine = east >= 0.0f ? 1.0f : -1.0f;
+                    } else {
+                        sine = east / sqrtf(square_4);
+                    }
+                    number_75 = sine * ex;
+                    number_76 = sine * ey;
+                    number_77 = sine * ez;
+                }
+                kt_2 = kt;
+                x_17 = number_75;
+                y_17 = number_76;
+                z_17 = number_77;
+                kh = dt / (lh_min(1.0f / (settings->filter.kp * settings->filter.k_mag), age) + dt);
+            }
+            x_15 = x_17;
+            y_15 = y_17;
+            z_15 = z_17;
+            x_16 = kt_2 * x_14 + kh * x_17;
+            y_16 = kt_2 * y_14 + kh * y_17;
+            z_16 = kt_2 * z_14 + kh * z_17;
+        } else {
+            x_15 = 0.0f;
+            y_15 = 0.0f;
+            z_15 = 0.0f;
+            x_16 = kt * x_14;
+            y_16 = kt * y_14;
+            z_16 = kt * z_14;
+        }
+        /* vector_error.correct: q ⊗ (1, ½ρ), made unit again, with ρ the rotation vector (rad, sensor frame). */
+        const float x_21 = x_16 * 0.5f;
+        const float y_21 = y_16 * 0.5f;
+        const float z_21 = z_16 * 0.5f;
+        const float nw = w - (x_11 * x_21 + y_11 * y_21 + z_11 * z_21);
+        const float nx = x_11 + (w * x_21 + (y_11 * z_21 - z_11 * y_21));
+        const float ny = y_11 + (w * y_21 + (z_11 * x_21 - x_11 * z_21));
+        const float nz = z_11 + (w * z_21 + (x_11 * y_21 - y_11 * x_21));
+        const float excess = nw * nw + nx * nx + (ny * ny + nz * nz) - 1.0f;
+        const float s_3 = excess > VECTOR_ERROR_NEAR_UNIT ? 1.0f / sqrtf(1.0f + excess)
+            : 1.0f - excess * (0.5f - 0.375f * excess);
+        /* mahony.update_bias: Eq. 3, bounded by (6); each vector waits until its K is steady. */
+        const float limit_2 = settings->filter.max_bias * UNITS_DEGREE;
+        const float step = settings->filter.ki * dt;
         /* elapsed.has_elapsed: Whether time (s), a sum of intervals of which the last was dt (s), has reached length (s).
          */
-        const float number_84 = ELAPSED_SLACK * dt;
-        if (since_sigma_2 + number_84 >= OBSERVER_COVARIANCE_INTERVAL || number_83) {
+        const float number_78 = ELAPSED_SLACK * dt;
+        const float number_79 = age + number_78;
+        /* mahony.update_bias: Eq. 3, bounded by (6); each vector waits until its K is steady. */
+        const float number_80 = settings->filter.kp * settings->filter.kp;
+        const float number_81 = limit_2 * limit_2;
+        float x_22;
+        float y_22;
+        float z_22;
+        if (number_79 >= number_64 && number_80 * (x_14 * x_14 + y_14 * y_14 + z_14 * z_14) < number_81) {
+            x_22 = carry->run.state.bias.x - step * x_14;
+            y_22 = carry->run.state.bias.y - step * y_14;
+            z_22 = carry->run.state.bias.z - step * z_14;
+        } else {
+            x_22 = carry->run.state.bias.x;
+            y_22 = carry->run.state.bias.y;
+            z_22 = carry->run.state.bias.z;
+        }
+        const float number_82 = 1.0f / (settings->filter.kp * settings->filter.k_mag);
+        float x_23;
+        float y_23;
+        float z_23;
+        if (number_79 >= number_82
+            && number_80 * settings->filter.k_mag * settings->filter.k_mag
+            * (x_15 * x_15 + y_15 * y_15 + z_15 * z_15) < number_81) {
+            const float step_2 = step * settings->filter.k_mag;
+            x_23 = x_22 - step_2 * x_15;
+            y_23 = y_22 - step_2 * y_15;
+            z_23 = z_22 - step_2 * z_15;
+        } else {
+            x_23 = x_22;
+            y_23 = y_22;
+            z_23 = z_22;
+        }
+        const float number_83 = -limit_2;
+        if (since_sigma + number_78 >= OBSERVER_COVARIANCE_INTERVAL || number_48) {
             int32_t corrected_by;
-            float acc_x_8;
-            float acc_y_8;
-            float acc_z_8;
+            float acc_x_10;
+            float acc_y_10;
+            float acc_z_10;
             if (carry->run.guard.acc_rejected > 0.0f
-                && !(carry->run.guard.acc_rejected + number_84 >= settings->guard.acc_time)) {
-                corrected_by = sensors_2 & 2;
-                acc_x_8 = 0.0f;
-                acc_y_8 = 0.0f;
-                acc_z_8 = 0.0f;
+                && !(carry->run.guard.acc_rejected + number_78 >= settings->guard.acc_time)) {
+                corrected_by = sensors & 2;
+                acc_x_10 = 0.0f;
+                acc_y_10 = 0.0f;
+                acc_z_10 = 0.0f;
             } else {
-                corrected_by = sensors_2;
-                acc_x_8 = acc_x_7;
-                acc_y_8 = acc_y_7;
-                acc_z_8 = acc_z_7;
+                corrected_by = sensors;
+                acc_x_10 = acc_x_6;
+                acc_y_10 = acc_y_6;
+                acc_z_10 = acc_z_6;
             }
             const int32_t corrected_by_2 = carry->run.guard.field.rejected > 0.0f ? corrected_by & 1
                 : corrected_by;
-            float x_15;
-            float y_15;
-            float z_15;
+            float x_24;
+            float y_24;
+            float z_24;
             if (rate_unknown) {
-                x_15 = 0.0f;
-                y_15 = 0.0f;
-                z_15 = 0.0f;
+                x_24 = 0.0f;
+                y_24 = 0.0f;
+                z_24 = 0.0f;
             } else {
-                x_15 = last_x_6 - bias_x;
-                y_15 = last_y_6 - bias_y;
-                z_15 = last_z_6 - bias_z;
+                x_24 = last_x_7 - bias_x;
+                y_24 = last_y_7 - bias_y;
+                z_24 = last_z_7 - bias_z;
             }
-            /* mahony.gains: K, K₂ of eq. 5 and k_I dt of eq. 3, for a state after its sample. */
-            const float number_85 = 1.0f / settings->filter.kp;
             /* lowpass.lowpass_weight: The weight of a new sample in a first-order low-pass of time constant
              * tau: dt/(min(τ, age) + dt).
              */
-            const float kt = since_sigma_2 / (lh_min(number_85, carry->run.state.age) + since_sigma_2);
-            /* mahony.gains: K, K₂ of eq. 5 and k_I dt of eq. 3, for a state after its sample. */
-            const float number_86 = 1.0f / (settings->filter.kp * settings->filter.k_mag);
+            const float kt_4 = since_sigma / (number_65 + since_sigma);
             /* elapsed.has_elapsed: Whether time (s), a sum of intervals of which the last was dt (s), has reached length (s).
              */
-            const float number_87 = carry->run.state.age + ELAPSED_SLACK * since_sigma_2;
-            const float bh = number_87 >= number_86
-                ? settings->filter.ki * settings->filter.k_mag * since_sigma_2 : 0.0f;
-            float kt_2;
-            float kh;
+            const float number_84 = age + ELAPSED_SLACK * since_sigma;
+            const float bh = number_84 >= number_82
+                ? settings->filter.ki * settings->filter.k_mag * since_sigma : 0.0f;
+            float kt_5;
+            float kh_2;
             float bh_2;
             if (settings->filter.whole_field) {
                 /* mahony.gains: K, K₂ of eq. 5 and k_I dt of eq. 3, for a state after its sample. */
-                const float kt_3 = lh_min(kt, 1.0f / (1.0f + settings->filter.k_mag));
-                kt_2 = kt_3;
-                kh = DIRECTION_FILTER_DIP_SHARE * kt_3 * settings->filter.k_mag;
+                const float kt_6 = lh_min(kt_4, 1.0f / (1.0f + settings->filter.k_mag));
+                kt_5 = kt_6;
+                kh_2 = DIRECTION_FILTER_DIP_SHARE * kt_6 * settings->filter.k_mag;
                 bh_2 = DIRECTION_FILTER_DIP_SHARE * bh;
             } else {
-                kt_2 = kt;
-                kh = since_sigma_2 / (lh_min(number_86, carry->run.state.age) + since_sigma_2);
+                kt_5 = kt_4;
+                kh_2 = since_sigma / (lh_min(number_82, age) + since_sigma);
                 bh_2 = bh;
             }
             /* observer_covariance.update_covariance: After an interval of dt s, with the filter's gains for
              * an interval of that length.
              */
-            const float rate2_2 = x_15 * x_15 + y_15 * y_15 + z_15 * z_15;
+            const float rate2_2 = x_24 * x_24 + y_24 * y_24 + z_24 * z_24;
             float level;
-            float number_88;
-            float number_89;
+            float number_85;
+            float number_86;
             float level_2;
-            float number_90;
-            float number_91;
-            if (since_sigma_2 > TILT_GAP_SECONDS) {
+            float number_87;
+            float number_88;
+            if (since_sigma > TILT_GAP_SECONDS) {
                 level = lh_min(carry->run.covariance.tilt.level
-                    + TILT_TURN * TILT_TURN * since_sigma_2 * since_sigma_2, TILT_UNIFORM * TILT_UNIFORM);
-                number_88 = 0.0f;
-                number_89 = lh_max(carry->run.covariance.tilt.bias,
-                    lh_min(carry->run.covariance.tilt.bias + OBSERVER_COVARIANCE_WALK * since_sigma_2,
+                    + TILT_TURN * TILT_TURN * since_sigma * since_sigma, TILT_UNIFORM * TILT_UNIFORM);
+                number_85 = 0.0f;
+                number_86 = lh_max(carry->run.covariance.tilt.bias,
+                    lh_min(carry->run.covariance.tilt.bias + OBSERVER_COVARIANCE_WALK * since_sigma,
                     OBSERVER_COVARIANCE_TURN_ON));
                 level_2 = lh_min(carry->run.covariance.heading.level
-                    + TILT_TURN * TILT_TURN * since_sigma_2 * since_sigma_2, TILT_UNIFORM * TILT_UNIFORM);
-                number_90 = 0.0f;
-                number_91 = lh_max(carry->run.covariance.heading.bias,
-                    lh_min(carry->run.covariance.heading.bias + OBSERVER_COVARIANCE_WALK * since_sigma_2,
+                    + TILT_TURN * TILT_TURN * since_sigma * since_sigma, TILT_UNIFORM * TILT_UNIFORM);
+                number_87 = 0.0f;
+                number_88 = lh_max(carry->run.covariance.heading.bias,
+                    lh_min(carry->run.covariance.heading.bias + OBSERVER_COVARIANCE_WALK * since_sigma,
                     OBSERVER_COVARIANCE_TURN_ON));
             } else {
                 /* two_state.predict: Eq. 1 with Q = diag(q_level, q_bias). */
-                const float number_92 = since_sigma_2 * carry->run.covariance.tilt.bias;
-                const float number_93 = since_sigma_2 * carry->run.covariance.heading.bias;
+                const float number_89 = since_sigma * carry->run.covariance.tilt.bias;
+                const float number_90 = since_sigma * carry->run.covariance.heading.bias;
                 level = carry->run.covariance.tilt.level
-                    + since_sigma_2 * (number_92 - 2.0f * carry->run.covariance.tilt.cross)
-                    + ((OBSERVER_COVARIANCE_NOISE + OBSERVER_COVARIANCE_SCALE * rate2_2) * since_sigma_2
-                    + unmeasured_3);
-                number_88 = carry->run.covariance.tilt.cross - number_92;
-                number_89 = carry->run.covariance.tilt.bias + OBSERVER_COVARIANCE_WALK * since_sigma_2;
+                    + since_sigma * (number_89 - 2.0f * carry->run.covariance.tilt.cross)
+                    + ((OBSERVER_COVARIANCE_NOISE + OBSERVER_COVARIANCE_SCALE * rate2_2) * since_sigma
+                    + unmeasured_2);
+                number_85 = carry->run.covariance.tilt.cross - number_89;
+                number_86 = carry->run.covariance.tilt.bias + OBSERVER_COVARIANCE_WALK * since_sigma;
                 level_2 = carry->run.covariance.heading.level
-                    + since_sigma_2 * (number_93 - 2.0f * carry->run.covariance.heading.cross)
-                    + ((OBSERVER_COVARIANCE_NOISE + OBSERVER_COVARIANCE_SCALE * rate2_2) * since_sigma_2
-                    + unmeasured_3);
-                number_90 = carry->run.covariance.heading.cross - number_93;
-                number_91 = carry->run.covariance.heading.bias + OBSERVER_COVARIANCE_WALK * since_sigma_2;
+                    + since_sigma * (number_90 - 2.0f * carry->run.covariance.heading.cross)
+                    + ((OBSERVER_COVARIANCE_NOISE + OBSERVER_COVARIANCE_SCALE * rate2_2) * since_sigma
+                    + unmeasured_2);
+                number_87 = carry->run.covariance.heading.cross - number_90;
+                number_88 = carry->run.covariance.heading.bias + OBSERVER_COVARIANCE_WALK * since_sigma;
             }
             float cross;
             float bias;
             float cross_2;
             float bias_2;
-            if (carry->run.guard.rest.time > 0.0f
-                && carry->run.guard.rest.time + ELAPSED_SLACK * REST_INTERVAL >= settings->guard.rest_time) {
+            if (rest) {
                 /* observer_covariance.limit_bias: At rest the bias is known to 0.05 °/s (1σ), at least. */
-                const bool number_94 = number_89 > OBSERVER_COVARIANCE_REST_BIAS;
-                const bool number_95 = number_91 > OBSERVER_COVARIANCE_REST_BIAS;
-                cross = number_94 ? 0.0f : number_88;
-                bias = number_94 ? OBSERVER_COVARIANCE_REST_BIAS : number_89;
-                cross_2 = number_95 ? 0.0f : number_90;
-                bias_2 = number_95 ? OBSERVER_COVARIANCE_REST_BIAS : number_91;
+                const bool number_91 = number_86 > OBSERVER_COVARIANCE_REST_BIAS;
+                const bool number_92 = number_88 > OBSERVER_COVARIANCE_REST_BIAS;
+                cross = number_91 ? 0.0f : number_85;
+                bias = number_91 ? OBSERVER_COVARIANCE_REST_BIAS : number_86;
+                cross_2 = number_92 ? 0.0f : number_87;
+                bias_2 = number_92 ? OBSERVER_COVARIANCE_REST_BIAS : number_88;
             } else {
-                cross = number_88;
-                bias = number_89;
-                cross_2 = number_90;
-                bias_2 = number_91;
+                cross = number_85;
+                bias = number_86;
+                cross_2 = number_87;
+                bias_2 = number_88;
             }
-            const float often = 2.0f / since_sigma_2;
-            float level_3;
-            float cross_3;
-            float bias_3;
+            const float often = 2.0f / since_sigma;
             if ((corrected_by_2 & 1) != 0) {
                 /* tilt.is_present: Whether a sensor is there: an absent one is the zero vector, and so is
                  * what is too short to have a direction.
                  */
-                const float number_96 = acc_x_8 * acc_x_8 + acc_y_8 * acc_y_8 + acc_z_8 * acc_z_8;
-                if (number_96 > TILT_NO_LENGTH) {
+                const float number_93 = acc_x_10 * acc_x_10 + acc_y_10 * acc_y_10 + acc_z_10 * acc_z_10;
+                if (number_93 > TILT_NO_LENGTH) {
                     /* observer_covariance.update_covariance: After an interval of dt s, with the filter's
                      * gains for an interval of that length.
                      */
-                    const float off = OBSERVER_COVARIANCE_HALF_PER_G2 * number_96 - 0.5f;
+                    const float off = OBSERVER_COVARIANCE_HALF_PER_G2 * number_93 - 0.5f;
                     carry->run.covariance.motion = carry->run.covariance.motion
-                        + since_sigma_2 / (OBSERVER_COVARIANCE_SMOOTH + since_sigma_2)
+                        + since_sigma / (OBSERVER_COVARIANCE_SMOOTH + since_sigma)
                         * (off * off - carry->run.covariance.motion);
                 }
                 /* observer_covariance.white_variance: Eq. 1: the white equivalent of a variance; twice is 2 τ/Δt, share is K.
                  */
-                const float rest = 1.0f - kt_2;
+                const float rest_2 = 1.0f - kt_5;
                 /* observer_covariance.update_covariance: After an interval of dt s, with the filter's gains
                  * for an interval of that length.
                  */
-                const float r_7 = OBSERVER_COVARIANCE_SHAKE
+                const float r_5 = OBSERVER_COVARIANCE_SHAKE
                     + carry->run.covariance.motion
-                    * (1.0f + rest * (OBSERVER_COVARIANCE_JERK_SECONDS * often));
-                const float b = -(number_87 >= number_85 ? settings->filter.ki * since_sigma_2 : 0.0f);
-                level_3 = rest * rest * level + kt_2 * kt_2 * r_7;
-                cross_3 = rest * (cross - b * level) + kt_2 * b * r_7;
-                bias_3 = bias - 2.0f * b * cross + b * b * (level + r_7);
+                    * (1.0f + rest_2 * (OBSERVER_COVARIANCE_JERK_SECONDS * often));
+                const float b = -(number_84 >= number_64 ? settings->filter.ki * since_sigma : 0.0f);
+                carry->run.covariance.tilt.level = rest_2 * rest_2 * level + kt_5 * kt_5 * r_5;
+                carry->run.covariance.tilt.cross = rest_2 * (cross - b * level) + kt_5 * b * r_5;
+                carry->run.covariance.tilt.bias = bias - 2.0f * b * cross + b * b * (level + r_5);
             } else {
-                level_3 = level;
-                cross_3 = cross;
-                bias_3 = bias;
+                carry->run.covariance.tilt.level = level;
+                carry->run.covariance.tilt.cross = cross;
+                carry->run.covariance.tilt.bias = bias;
             }
-            float level_4;
-            float cross_4;
-            float bias_4;
             if ((corrected_by_2 & 2) != 0) {
                 /* observer_covariance.white_variance: Eq. 1: the white equivalent of a variance; twice is 2 τ/Δt, share is K.
                  */
-                const float rest_2 = 1.0f - kh;
-                const float r_8 = OBSERVER_COVARIANCE_IRON
-                    * (1.0f + rest_2 * (OBSERVER_COVARIANCE_IRON_SECONDS * often));
+                const float rest_3 = 1.0f - kh_2;
+                const float r_6 = OBSERVER_COVARIANCE_IRON
+                    * (1.0f + rest_3 * (OBSERVER_COVARIANCE_IRON_SECONDS * often));
                 /* observer_covariance.update_covariance: After an interval of dt s, with the filter's gains
                  * for an interval of that length.
                  */
                 const float b_2 = -bh_2;
-                level_4 = rest_2 * rest_2 * level_2 + kh * kh * r_8;
-                cross_4 = rest_2 * (cross_2 - b_2 * level_2) + kh * b_2 * r_8;
-                bias_4 = bias_2 - 2.0f * b_2 * cross_2 + b_2 * b_2 * (level_2 + r_8);
+                carry->run.covariance.heading.level = rest_3 * rest_3 * level_2 + kh_2 * kh_2 * r_6;
+                carry->run.covariance.heading.cross = rest_3 * (cross_2 - b_2 * level_2) + kh_2 * b_2 * r_6;
+                carry->run.covariance.heading.bias = bias_2 - 2.0f * b_2 * cross_2
+                    + b_2 * b_2 * (level_2 + r_6);
             } else {
-                level_4 = level_2;
-                cross_4 = cross_2;
-                bias_4 = bias_2;
+                carry->run.covariance.heading.level = level_2;
+                carry->run.covariance.heading.cross = cross_2;
+                carry->run.covariance.heading.bias = bias_2;
             }
-            carry->run.covariance.tilt.level = level_3;
-            carry->run.covariance.tilt.cross = cross_3;
-            carry->run.covariance.tilt.bias = bias_3;
-            carry->run.covariance.heading.level = level_4;
-            carry->run.covariance.heading.cross = cross_4;
-            carry->run.covariance.heading.bias = bias_4;
         }
+        carry->run.state.age = age;
+        carry->run.health = carry->run.health | health_8;
+        carry->sample.dt = dt;
+        carry->sample.started = true;
+        carry->sample.unmeasured = unmeasured_2;
+        carry->sample.since_sigma = since_sigma;
+        carry->sample.corrected_by = sensors;
+        carry->sample.detected.sums.gyr.x = number_20;
+        carry->sample.detected.sums.gyr.y = number_21;
+        carry->sample.detected.sums.gyr.z = number_22;
+        carry->sample.detected.sums.acc.x = number_23;
+        carry->sample.detected.sums.acc.y = number_24;
+        carry->sample.detected.sums.acc.z = number_25;
+        carry->sample.detected.sums.time = time;
+        carry->sample.detected.sums.complete = number_26;
         carry->sample.detected.far_from_g = far;
-        dt_2 = carry->sample.interval == 0.0f ? dt
-            : carry->sample.interval + (lh_min(dt, 2.0f * carry->sample.interval) - carry->sample.interval)
-            / CONDITIONING_INTERVALS;
-        number_3 = true;
-        time = time_5;
-        unmeasured = unmeasured_3;
-        since_sigma = since_sigma_2;
-        sensors = sensors_2;
-        number_4 = number_45;
-        number_5 = number_46;
-        number_6 = number_47;
-        number_7 = number_48;
-        number_8 = number_49;
-        number_9 = number_50;
-        time_2 = time_3;
-        number_10 = number_51;
-        slope_x = carry->sample.rate.slope.x;
-        slope_y = carry->sample.rate.slope.y;
-        slope_z = carry->sample.rate.slope.z;
-        acc_x_4 = carry->sample.force.last.x;
-        acc_y_4 = carry->sample.force.last.y;
-        acc_z_4 = carry->sample.force.last.z;
-        slope_x_2 = carry->sample.force.slope.x;
-        slope_y_2 = carry->sample.force.slope.y;
-        slope_z_2 = carry->sample.force.slope.z;
+        carry->sample.rate.last.x = last_x_6;
+        carry->sample.rate.last.y = last_y_6;
+        carry->sample.rate.last.z = last_z_6;
+        carry->sample.rate.slope.x = carry->sample.rate.slope.x;
+        carry->sample.rate.slope.y = carry->sample.rate.slope.y;
+        carry->sample.rate.slope.z = carry->sample.rate.slope.z;
+        carry->sample.force.last.x = carry->sample.force.last.x;
+        carry->sample.force.last.y = carry->sample.force.last.y;
+        carry->sample.force.last.z = carry->sample.force.last.z;
+        carry->sample.force.slope.x = carry->sample.force.slope.x;
+        carry->sample.force.slope.y = carry->sample.force.slope.y;
+        carry->sample.force.slope.z = carry->sample.force.slope.z;
+        carry->run.state.quat.w = nw * s_3;
+        carry->run.state.quat.x = nx * s_3;
+        carry->run.state.quat.y = ny * s_3;
+        carry->run.state.quat.z = nz * s_3;
+        carry->run.state.bias.x = lh_max(number_83, lh_min(x_23, limit_2));
+        carry->run.state.bias.y = lh_max(number_83, lh_min(y_23, limit_2));
+        carry->run.state.bias.z = lh_max(number_83, lh_min(z_23, limit_2));
+        carry->run.guard.rest.bias.x = bias_x;
+        carry->run.guard.rest.bias.y = bias_y;
+        carry->run.guard.rest.bias.z = bias_z;
     }
-    carry->sample.interval = dt_2;
-    carry->sample.started = number_3;
-    carry->sample.rate_age = time;
-    carry->sample.unmeasured = unmeasured;
-    carry->sample.since_sigma = since_sigma;
-    carry->sample.corrected_by = sensors;
-    carry->sample.detected.sums.gyr.x = number_4;
-    carry->sample.detected.sums.gyr.y = number_5;
-    carry->sample.detected.sums.gyr.z = number_6;
-    carry->sample.detected.sums.acc.x = number_7;
-    carry->sample.detected.sums.acc.y = number_8;
-    carry->sample.detected.sums.acc.z = number_9;
-    carry->sample.detected.sums.time = time_2;
-    carry->sample.detected.sums.complete = number_10;
-    carry->sample.rate.slope.x = slope_x;
-    carry->sample.rate.slope.y = slope_y;
-    carry->sample.rate.slope.z = slope_z;
-    carry->sample.force.last.x = acc_x_4;
-    carry->sample.force.last.y = acc_y_4;
-    carry->sample.force.last.z = acc_z_4;
-    carry->sample.force.slope.x = slope_x_2;
-    carry->sample.force.slope.y = slope_y_2;
-    carry->sample.force.slope.z = slope_z_2;
 }
 
 /* The filter's output with the bias read off at rest added, σ where the filter has none, and health. */

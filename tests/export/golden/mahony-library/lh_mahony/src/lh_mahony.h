@@ -140,7 +140,7 @@ typedef struct {
 typedef struct {
     lh_mahony_vec3 rate;
     float usual2; /* (rad/s)², square of the largest change of late */
-    lh_mahony_vec3 held; /* rad/s, by which the held rate is beyond ``rate`` */
+    lh_mahony_vec3 held; /* rad/s, by which the held rate is, or the last one that was held, beyond ``rate`` */
     float held_time; /* s that the held rate lasted; 0: none is held back */
     lh_mahony_vec3 returned; /* rad/s, that was held back of the sample before, as a rate of this one */
     int32_t spikes; /* in a row until now: what was held back of the sample before was one */
