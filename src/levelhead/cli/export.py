@@ -63,8 +63,8 @@ def export(
         wasm: Write a package for npm instead of C alone: WebAssembly without imports, JavaScript and types. Needs clang
             and lld.
         board: Refuse a filter that this board cannot hold: uno, nano, nano-every, mega, m0, m4, rp2040 or esp32.
-        chip: Chip that the sketch reads: MPU-6050, MPU-9250, ICM-20948, LSM6DSO32, LSM6DS3, BMI160 or BNO055 (its
-            readings without its fusion).
+        chip: Chip that the sketch reads: MPU-6050, MPU-9250 or ICM-20948 with magnetometer, LSM6DSO32, LSM6DSOX or
+            LSM6DS3 (+LIS3MDL: the board's magnetometer too), BMI160 or BNO055 (its readings without its fusion).
         out: Folder for the files.
         json: Print the result as JSON.
     """
