@@ -6,7 +6,6 @@ from levelhead.compiler.mark import kernel
 from levelhead.kernels.trig import ROUND
 
 TWO_PI = 2.0 * pi
-ON_A_LINE = 0.0  # the period of what is on no circle
 
 
 @kernel
