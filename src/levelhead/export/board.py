@@ -41,7 +41,7 @@ BOARDS = {  # flash less the boot loader; data sheets of the chips and boards.tx
 }
 SKETCH_FLASH, SKETCH_RAM, SKETCH_STACK = 9_500, 490, 260  # of Wire, Serial and the sketch itself, on an AVR
 FIELD_FLASH, FIELD_RAM, FIELD_STACK = 1_400, 16, 40  # of the magnetometer, more
-OPERATION, MOVE = 20, 34  # bytes of flash, of an operation in software with its operands, and of a number moved
+OPERATION, MOVE = 22, 37  # bytes of flash, of an operation in software with its operands, and of a number moved
 AXIS_FLASH, AXIS_STACK = 6_300, 280  # of the largest filter of one axis
 SYSTEM32 = 8_192  # bytes of RAM that a core of 32 bits keeps for itself, at least
 
