@@ -23,6 +23,7 @@ from benchmarks.speed.page import AFTER_FRAME, DRAWN, work
 
 import levelhead as lh
 from levelhead.bench.timing import Table
+from levelhead.errors import LevelheadError
 
 READ = "() => document.getElementById('state').textContent.startsWith('The filter runs')"
 SHOWN = "() => document.body.dataset.ready === 'true'"
@@ -95,6 +96,8 @@ def main() -> None:
     parser.add_argument("--rows", type=int, default=1_000_000, help="of the log (default 1,000,000)")
     parser.add_argument("--turns", type=int, default=3, help="looks at each page (default 3)")
     given = parser.parse_args()
+    if not (given.site / "plain.html").is_file():
+        raise LevelheadError(f"{given.site} holds no plain.html; expected the folder that make try wrote")
     handler = functools.partial(QuietHandler, directory=str(given.site))
     with (
         tempfile.TemporaryDirectory() as folder,

@@ -102,7 +102,7 @@ FAMILIES = (
         "A place or a date is outside the World Magnetic Model, or is not written as numbers.",
         "Give degrees and m, `--place 48.1,11.6,520`, and a date, `--date 2026-05-17`.",
         "true-north",
-        ("earth_field",),
+        ("magnetic_model",),
     ),
     Family(
         "run",

@@ -7,10 +7,11 @@ import time
 import pytest
 
 import levelhead as lh
-from levelhead.live.messages import ORIENTATION, TOPICS, Health, Orientation, Raw, pack_message
+from levelhead.live.messages import ORIENTATION, TOPICS, VERSION, Health, Orientation, Raw, pack_message
 from levelhead.live.sender_check import SenderCheck
 
-OWN = Orientation(7, 1, 1.5, 123, (1.0, 0.0, 0.0, 0.0), (0.1, 0.2, 0.3), (1e-3, 0.0, -1e-3), 0)
+MOTION = {name: (0.1, 0.2, 0.3) for name in ("rate", "sigma_rate", "force", "sigma_force")}
+OWN = Orientation(7, 1, 1.5, 123, (1.0, 0.0, 0.0, 0.0), (0.1, 0.2, 0.3), (1e-3, 0.0, -1e-3), 0, **MOTION)
 TURNED = OWN._replace(quat=(0.0, 1.0, 0.0, 0.0))
 READ = Raw(7, 3, 1.5, 123, (0.1, 0.2, 0.3), (0.0, 0.0, 9.81), None, None)
 DEEP = b'{"name":' + b"[" * 100_000
@@ -65,14 +66,14 @@ def test_events_share_a_number():
 def test_another_version_alone_is_an_error_and_beside_a_node_none(monkeypatch):
     now = [10.0]
     monkeypatch.setattr("levelhead.live.sender_check.time.monotonic", lambda: now[0])
-    other = pack_message(OWN)[:2] + b"\x02" + pack_message(OWN)[3:]
+    other = pack_message(OWN)[:2] + bytes([VERSION + 1]) + pack_message(OWN)[3:]
     alone, beside = SenderCheck(ORIENTATION), SenderCheck(ORIENTATION)
     beside.accept(pack_message(OWN))
     for _ in range(2):
         assert alone.error is None
         assert alone.accept(other) is None and beside.accept(other) is None
         now[0] += 2.0
-    assert "version 2, this levelhead reads 1" in str(alone.error) and beside.error is None
+    assert f"version {VERSION + 1}, this levelhead reads {VERSION}" in str(alone.error) and beside.error is None
 
 
 @pytest.mark.slow
