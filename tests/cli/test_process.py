@@ -133,9 +133,9 @@ def test_a_bar_on_a_terminal_and_json_alone_beside_it():
 
     outer, inner = pty.openpty()
     words = ["sweep", "-p", "r_measure", "--filter", "Kalman", "--simulate", "lesson", "--json"]
-    # A fast machine is done before a bar would appear.
+    # A fast machine is done before a bar would appear, and before rich is imported.
     program = (
-        "import sys; from levelhead.cli import main; import levelhead.publish.progress; "
+        "import sys; from levelhead.cli import main; import levelhead.publish.progress, rich.console, rich.progress; "
         "sys.modules['levelhead.publish.progress'].PATIENCE = 0.0; sys.exit(main())"
     )
     env = os.environ | {"TERM": "xterm", "COLUMNS": "80"}

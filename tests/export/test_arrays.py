@@ -145,4 +145,4 @@ def test_how_it_is_written():
     written = files(ExportConfig(Matrices()))
     header, source = written["lh_matrices.h"], written["lh_matrices.c"]
     assert "    double p[3][3]; /* (3, 3), rad² */\n    double k[3];" in header
-    assert "0.5 * run->state.k[i] * run->state.k[j] * run->state.p[0][0];" in source
+    assert "0.5 * carry->run.state.k[i] * carry->run.state.k[j] * carry->run.state.p[0][0];" in source

@@ -16,7 +16,7 @@ function first(found) {
 }
 
 const live = await Filter.load($start), batch = await Filter.load($start), again = await Filter.load($start);
-$warmconst found = ROWS.map(([given, taken], i) => {
+${warm}const found = ROWS.map(([given, taken], i) => {
   if (i === $middle) again.restore(live.save());
   if (live.update(...given) !== taken) throw new Error('sample ' + i + ' was ' + (taken ? 'not ' : '') + 'taken');
   if (i >= $middle) again.update(...given);
