@@ -104,12 +104,13 @@ def test_on_fast_motion_the_best_filter_beats_every_other_filter_and_the_acceler
 
 
 def fuse_file(log: Path, out: Path) -> int:
-    """Exit code of ``levelhead fuse``: 0 with a track that is sound, or 2 with one line and nothing written."""
+    """Exit code of ``levelhead fuse``: 0 with a track that is sound, or 2 with a sentence, its topic of help, and nothing written."""
     out.mkdir()
     with redirect_stdout(StringIO()) as said, redirect_stderr(StringIO()) as complained:
         code = main(["fuse", str(log), "--no-plot", "-o", str(out)])
     if code == 2:
-        assert complained.getvalue().startswith("levelhead: ") and complained.getvalue().count("\n") == 1, log.name
+        sentence, topic = complained.getvalue().splitlines()
+        assert sentence.startswith("levelhead: ") and topic.startswith("  more: levelhead help "), log.name
         assert list(out.iterdir()) == [], log.name
         return code
     assert (code, complained.getvalue()) == (0, ""), f"{log.name}: {complained.getvalue()}"

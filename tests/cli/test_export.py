@@ -81,7 +81,7 @@ def test_qemu_as_the_page_types_it(levelhead, tmp_path, monkeypatch, double):
     first, _, rest = block.partition("\n")
     if double:
         first = first.replace(" --float", "")
-        rest = re.sub(r"-mcpu=.* -mfpu=\S+", re.search(r"with `(-mcpu=\S+ -mthumb)`", PAGE.read_text())[1], rest)
+        rest = re.sub(r"-mcpu=.* -mfpu=\S+", re.search(r"use\s+`(-mcpu=\S+ -mthumb)`", PAGE.read_text())[1], rest)
     assert levelhead(*shlex.split(first)[1:]).code == 0
     done = subprocess.run(["sh", "-e", "-c", rest], capture_output=True, text=True, check=False, timeout=120)
     assert done.returncode == 0 and done.stdout.startswith("lh_ekf: all 96 samples are right"), (
