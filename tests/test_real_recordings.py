@@ -104,7 +104,7 @@ def test_on_fast_motion_the_best_filter_beats_every_other_filter_and_the_acceler
 
 
 def fuse_file(log: Path, out: Path) -> int:
-    """Exit code of ``levelhead fuse``: 0 with a track that is sound, or 2 with a sentence, its topic of help, and nothing written."""
+    """Exit code of ``levelhead fuse``: 0 with a sound track, or 2 with a sentence, its topic of help, and no file."""
     out.mkdir()
     with redirect_stdout(StringIO()) as said, redirect_stderr(StringIO()) as complained:
         code = main(["fuse", str(log), "--no-plot", "-o", str(out)])

@@ -154,6 +154,7 @@ def test_a_node_is_followed_steered_and_recorded_and_its_silence_is_grey(look, t
         eventually(lambda: "written: " in page.inner_text("#message"))
         (box,) = tmp_path.glob("levelhead-*.mcap")
         assert len(lh.read(box)) > 10
+        check_accessibility(page)
         node.stop()
         runs.join(timeout=PATIENCE)
         eventually(lambda: page.get_attribute(".scene", "data-state") == "invalid")
@@ -308,6 +309,23 @@ def test_a_guided_calibration_shows_how_the_sensor_should_lie():
     w, x, y, z = guide["quat"]
     assert math.isclose(2.0 * (y * z + w * x), -1.0)  # y points down
     view.close()
+
+
+@needs_page
+@pytest.mark.slow
+def test_the_guide_of_a_calibration_is_read_and_reached_by_everyone(look):
+    from levelhead.calibrate.next_pose import Instruction
+
+    view = GuideView("calibration of a sensor")
+    view.show(Instruction("put it down", np.array([0.0, -1.0, 0.0]), 0.0, 0.25, "+z", 3, ["scale x"], ["+z"], False))
+    server = PageServer(view, FREE + 300)
+    try:
+        page = look(server.url)
+        eventually(lambda: "put it down" in page.inner_text("body"))
+        check_accessibility(page)
+    finally:
+        view.close()
+        server.close()
 
 
 @pytest.mark.slow
