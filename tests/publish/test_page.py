@@ -154,11 +154,11 @@ def test_a_node_is_followed_steered_and_recorded_and_its_silence_is_grey(look, t
         eventually(lambda: "written: " in page.inner_text("#message"))
         (box,) = tmp_path.glob("levelhead-*.mcap")
         assert len(lh.read(box)) > 10
-        check_accessibility(page)
         node.stop()
         runs.join(timeout=PATIENCE)
         eventually(lambda: page.get_attribute(".scene", "data-state") == "invalid")
         assert "the node is silent" in page.inner_text("#status")
+        check_accessibility(page)  # when no event comes any more, for each one makes the list anew
     finally:
         node.stop()
         server.close()
