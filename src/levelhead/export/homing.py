@@ -4,7 +4,7 @@ Without that, a covariance that changes at every second sample would be read and
 """
 
 from levelhead.export.graph import Branch, Call, Item, Items, Loop, Operand, Place, Store, items_within
-from levelhead.export.procedures import Procedure, mentioned, outer_place
+from levelhead.export.procedures import Procedure, list_operands, outer_place
 
 
 def home_phis(procedure: Procedure) -> None:
@@ -41,7 +41,7 @@ def _home(procedure: Procedure, block: Items, store: Store) -> None:
 def _is_only_stored(procedure: Procedure, phi: Operand, store: Store) -> bool:
     """Whether nothing but a store takes a number."""
     return phi not in procedure.returned and not any(
-        item is not store and phi in mentioned(item) for _, item in items_within(procedure.graph.body)
+        item is not store and phi in list_operands(item) for _, item in items_within(procedure.graph.body)
     )
 
 

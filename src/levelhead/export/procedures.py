@@ -329,7 +329,9 @@ def _note_call(made: Procedure, call: Call) -> None:
 def _used(made: Procedure) -> set[Operand]:
     """Nodes that an item or the caller takes."""
     if not made.used:
-        made.used = {node for _, item in items_within(made.graph.body) for node in mentioned(item)} | set(made.returned)
+        made.used = {node for _, item in items_within(made.graph.body) for node in list_operands(item)} | set(
+            made.returned
+        )
     return {node for node in made.used if not isinstance(node.after, Call)}
 
 
@@ -339,7 +341,7 @@ def outer_place(call: Call, inner: Place) -> Place:
     return Place(place.root, place.members + inner.members)
 
 
-def mentioned(item: Untyped) -> Iterator[Operand]:
+def list_operands(item: Untyped) -> Iterator[Operand]:
     """The numbers that an item takes."""
     if isinstance(item, Operand):
         yield from item.arguments
