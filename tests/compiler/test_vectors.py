@@ -5,12 +5,14 @@ import platform
 import re
 from typing import Any, NamedTuple
 
+import numba
 import numpy as np
 import pytest
 
 from levelhead.compiler import lane_slots
-from levelhead.compiler.compile import assembly, compile_kernel
+from levelhead.compiler.compile import OPTIONS, _copy_twin, compile_kernel
 from levelhead.compiler.mark import compiled_only, with_globals
+from levelhead.compiler.slots import entry_point
 
 PACKED = {  # products of several doubles at once
     "x86_64": r"\bv?mulpd\b",
@@ -54,6 +56,13 @@ def functions():
     place = lane_slots.lane_rows(Pair(0.0, 0.0), 0)
     one = with_globals(one_lane, "test", load=place.load, store=place.store)
     return place, one, with_globals(all_lanes, "test", each=lane_slots.over_lanes(), one_lane=one)
+
+
+def assembly(function, letters):
+    """The machine code of a function for this processor as text, not from the cache."""
+    dispatcher = numba.njit(**OPTIONS)(_copy_twin(function, function.__qualname__))
+    entry_point(dispatcher, letters)
+    return "\n".join(dispatcher.inspect_asm().values())
 
 
 def test_a_loop_over_lanes_multiplies_several_at_once(functions):

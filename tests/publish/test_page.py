@@ -17,6 +17,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from tests.reference.block import unpack_block
 from tests.reference.page import PATIENCE, WEB, check_accessibility, eventually, numbers, seek
 
 import levelhead as lh
@@ -24,7 +25,7 @@ from levelhead.errors import LevelheadError
 from levelhead.evaluate import evaluate
 from levelhead.filters.health import FAULTS
 from levelhead.live import Node, open_source
-from levelhead.publish.dashboard.block import pack_block, unpack_block
+from levelhead.publish.dashboard.block import pack_block
 from levelhead.publish.dashboard.description import filter_description
 from levelhead.publish.dashboard.guide_view import GuideView
 from levelhead.publish.dashboard.node_view import NodeView

@@ -104,18 +104,3 @@ def compile_kernel(function: KernelFunction, releases_gil: bool = True) -> Compi
         if "cache" not in str(error):
             raise
         return numba.njit(**options)(twin)
-
-
-def assembly(function: KernelFunction, letters: str) -> str:
-    """The machine code of a function for this processor as text, not from the cache.
-
-    ``letters`` are its arguments, as for ``slots.entry_point``.
-    """
-    import numba
-
-    from levelhead.compiler.slots import entry_point
-
-    dispatcher = numba.njit(**OPTIONS)(_copy_twin(function, function.__qualname__))
-    entry_point(dispatcher, letters)
-    text: str = "\n".join(dispatcher.inspect_asm().values())
-    return text

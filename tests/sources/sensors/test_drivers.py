@@ -151,23 +151,18 @@ def test_lis3mdl_and_ak8963_are_set_up_as_their_data_sheets_say():
 
 @pytest.mark.parametrize("dps, g, gyr, acc", [(250, 2, 131.0, 16384.0), (2000, 16, 16.4, 2048.0)])
 def test_mpu6050_burst_by_hand(dps, g, gyr, acc):
-    bus = Memory(r75=0x68)
-    for i, byte in enumerate(struct.pack(">7h", 100, -200, 16384, -521, 131, -262, 32767)):
-        bus.bytes[0x3B + i] = byte
-    rate, force, celsius = mpu6050.MPU6050(bus, gyr_range=dps, acc_range=g, wait=nothing).read_registers()
-    assert rate == pytest.approx([math.radians(n / gyr) for n in (131, -262, 32767)], rel=1e-15)
-    assert force == pytest.approx([9.80665 * n / acc for n in (100, -200, 16384)], rel=1e-15)
-    assert celsius == pytest.approx(35.0, abs=0.01)  # the register map's -521: 36.53 - 521/340
+    chip = mpu6050.MPU6050(Memory(r75=0x68), gyr_range=dps, acc_range=g, wait=nothing)
+    assert (chip.gyr_scale, chip.acc_scale) == pytest.approx((math.radians(1.0 / gyr), 9.80665 / acc), rel=1e-15)
+    found = mpu6050.output(struct.pack(">7h", 100, -200, 16384, -521, 131, -262, 32767))
+    assert found.gyr == (131, -262, 32767) and found.acc == (100, -200, 16384)
+    assert found.temperature == pytest.approx(35.0, abs=0.01)  # the register map's -521: 36.53 - 521/340
 
 
 def test_the_words_of_other_chips_by_hand():
-    bus = Memory()
-    for i, byte in enumerate(struct.pack("<7h", 256, 100, -200, 300, 1000, -2000, 8197)):
-        bus.bytes[0x20 + i] = byte
-    rate, force, celsius = lsm6dso32.LSM6DSO32(bus, gyr_range=250, acc_range=4, wait=nothing).read_registers()
-    assert rate == pytest.approx([math.radians(n * 8.75e-3) for n in (100, -200, 300)], rel=1e-15)
-    assert force == pytest.approx([9.80665 * n * 0.122e-3 for n in (1000, -2000, 8197)], rel=1e-15)
-    assert celsius == 26.0
+    chip = lsm6dso32.LSM6DSO32(Memory(), gyr_range=250, acc_range=4, wait=nothing)
+    assert (chip.gyr_scale, chip.acc_scale) == pytest.approx((math.radians(8.75e-3), 9.80665e-3 * 0.122), rel=1e-15)
+    found = lsm6dso32.output(struct.pack("<7h", 256, 100, -200, 300, 1000, -2000, 8197))
+    assert found == ((100, -200, 300), (1000, -2000, 8197), 26.0)
     bus = Memory(r0A=ord("H"), r0B=ord("4"), r0C=ord("3"), r09=1)
     for i, byte in enumerate(struct.pack(">3h", 100, -300, 200)):  # x, z, y
         bus.bytes[0x03 + i] = byte

@@ -92,11 +92,6 @@ class Alignment:
         return sum(turn > max(MIN_ROTATION, self.trimmed) for turn in self.spread)
 
     @property
-    def unambiguous(self) -> bool:
-        """Whether there is no ambiguity."""
-        return not self.ambiguities
-
-    @property
     def ambiguities(self) -> tuple[str, ...]:
         """Hypotheses that this motion does not distinguish, in sentences."""
         found = []

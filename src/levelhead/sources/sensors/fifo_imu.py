@@ -212,14 +212,3 @@ class FifoImu:
         a, b, c = counts
         scale = self.acc_scale
         return a * scale, b * scale, c * scale
-
-    def read_registers(self) -> tuple[Triple, Triple, float]:
-        """The output registers as they are now, in one burst: gyr (rad/s), acc (m/s²), temperature (°C).
-
-        Raises:
-            SensorError: the chip does not answer, or gives nothing but zeros or ones.
-        """
-        found = self._chip.output(self.port.burst(self._chip.output_register, self._chip.output_size))
-        if set(found.gyr + found.acc) in ({BLANK_COUNTS[0]}, {BLANK_COUNTS[1]}):
-            raise self.port.implausible()
-        return self._rate(found.gyr), self._force(found.acc), found.temperature

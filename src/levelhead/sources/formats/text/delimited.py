@@ -13,13 +13,12 @@ from levelhead.recording import Array
 from levelhead.sources.conclusion import Basis, Conclusion
 from levelhead.sources.formats.text.cells import MISSING, cells, is_comment, lines_of, unify_breaks
 from levelhead.sources.formats.text.dates import NS, nanoseconds, over_midnight
-from levelhead.sources.formats.text.decimal_cells import DecimalCells, find_decimal_cells
 from levelhead.sources.formats.text.file import TextFile
 from levelhead.sources.formats.text.layout import Layout, layout_of
+from levelhead.sources.formats.text.number_rows import number_rows
 from levelhead.sources.table import Column
 
-_BLOCK = 1 << 19  # bytes read at a time: arrays of their cells stay in the processor's cache
-_MAX_UNKNOWN_SHARE = 0.2  # of a column that array operations leave to Python
+_BLOCK = 1 << 19  # bytes read at a time: their lines stay in the processor's cache
 BIG = 8 << 20  # bytes from which pyarrow is worth its import
 TORN_SHARE = 0.01  # of the lines, at most, that may be torn and are left out
 TORN_LAST = 20  # lines from which on a torn last one is usual: the power was cut
@@ -96,7 +95,7 @@ class TextTable:
         total = 0
         for line, text in blocks(self.file, self.layout.first):
             rows = _Rows(self.source, self.layout, line, text)
-            columns = {i: rows.column(i, i in exact) for i in wanted}
+            columns = rows.columns(wanted, exact)
             keep = rows.keep()
             for i in wanted:
                 parts[i].append(columns[i] if keep is None else columns[i][keep])
@@ -193,14 +192,12 @@ class _Rows:
             at = line + text[: text.index("\0")].count("\n")
             raise LevelheadError(f"{source}, line {at}: a zero byte; expected text")
         self._text = text.replace(",", ".") if layout.decimal_comma else text
-        self._plain = layout.delimiter != " " and not any(sign in text for sign in '#%/"') and "sep=" not in text
-        self._decimal = None  # the cells by their places, where all lines are plain and have the same number of them
-        if self._plain and not layout.tail and self.width > 1:
-            self._decimal = find_decimal_cells(self._text, layout.delimiter, self.width)
+        self._plain = layout.delimiter != " " and not any(sign in text for sign in '#%/"=')
         self._has_underscore = "_" in text
+        self._count: int | None = None  # of rows, where all of them are numbers
 
     def __len__(self) -> int:
-        return len(self.cells) // max(1, self.width) if self._decimal is None else len(self._decimal)
+        return len(self.cells) // max(1, self.width) if self._count is None else self._count
 
     @cached_property
     def cells(self) -> list[str]:
@@ -209,7 +206,7 @@ class _Rows:
         rows = self._text.split("\n")
         if tail:
             rows = [row.rstrip(" " + tail) for row in rows]
-        even = self._decimal is not None or (
+        even = (
             self._plain
             and all(row.count(delimiter) == self.width - 1 for row in rows)
             and (self.width > 1 or all(rows))
@@ -248,13 +245,20 @@ class _Rows:
             found += [""] * (self.width - len(found))
         return found if len(found) == self.width else None
 
-    def column(self, i: int, whole: bool) -> Column:
-        """Column ``i`` as (n,) float64, or int64 if it holds stamps, or whole numbers only and ``whole`` is asked."""
-        if i in self.layout.stamps:
-            return self._stamps(i, self.cells[i :: self.width])
-        if self._decimal is not None and (values := self._decimal_column(self._decimal, i, whole)) is not None:
-            return values
+    def columns(self, wanted: Sequence[int], exact: frozenset[int]) -> dict[int, Column]:
+        """Columns as (n,) float64, or int64 if they hold stamps, or whole numbers only and are in ``exact``."""
+        stamps = self.layout.stamps.intersection(wanted)
+        if self._plain and not self.layout.tail and not stamps and wanted:
+            found = number_rows(self._text, self.layout.delimiter, self.width, wanted, exact)
+            if found is not None:
+                self._count = len(found[wanted[0]])
+                return found
+        return {i: self._column(i, i in exact) for i in wanted}
+
+    def _column(self, i: int, whole: bool) -> Column:
         column = self.cells[i :: self.width]
+        if i in self.layout.stamps:
+            return self._stamps(i, column)
         if not self._has_underscore:
             try:
                 if whole:
@@ -266,20 +270,6 @@ class _Rows:
             except ValueError:
                 pass
         return np.array([self._number(i, row, cell) for row, cell in enumerate(column)], np.float64)
-
-    def _decimal_column(self, cells: DecimalCells, i: int, whole: bool) -> Column | None:
-        """Column ``i`` by array operations; None if many of its cells need Python's own reading."""
-        if whole:
-            values, known = cells.integers(i)
-            if known.all():
-                return values
-        values, known = cells.floats(i)
-        unknown = np.flatnonzero(~known)
-        if len(unknown) > _MAX_UNKNOWN_SHARE * len(known) or (whole and len(unknown)):
-            return None
-        for row in unknown.tolist():
-            values[row] = self._number(i, row, cells.cell(row, i))
-        return values
 
     def _stamps(self, i: int, column: Sequence[str]) -> Column:
         found: Array = np.zeros(len(column))
