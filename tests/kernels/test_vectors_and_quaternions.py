@@ -120,7 +120,7 @@ def test_blend_goes_the_short_way_round():
 def test_tilt_of_a_resting_sensor(e):
     acc = Vec3(*scipy_of(quat.from_euler(e)).inv().apply([0, 0, 9.80665]))
     found = quat.to_euler(triad.initial_attitude(acc, ZERO))
-    assert angle.wrap(found.roll - e.roll, 2.0 * math.pi) == pytest.approx(0.0, abs=1e-9)
+    assert angle.wrap(found.roll - e.roll, angle.TWO_PI) == pytest.approx(0.0, abs=1e-9)
     assert found.pitch == pytest.approx(e.pitch, abs=1e-9)
 
 
@@ -139,8 +139,8 @@ def test_innovations_are_the_differences_of_the_angles(predicted, true):
     attitude = quat.from_euler(predicted)
     acc = Vec3(*scipy_of(quat.from_euler(true)).inv().apply([0, 0, 9.80665]))
     up = quat.up(attitude)
-    roll = angle.wrap(true.roll - predicted.roll, 2.0 * math.pi)
-    assert angle.wrap(tilt.roll_innovation(up, acc) - roll, 2.0 * math.pi) == pytest.approx(0.0, abs=1e-8)
+    roll = angle.wrap(true.roll - predicted.roll, angle.TWO_PI)
+    assert angle.wrap(tilt.roll_innovation(up, acc) - roll, angle.TWO_PI) == pytest.approx(0.0, abs=1e-8)
     assert tilt.pitch_innovation(up, acc) == pytest.approx(true.pitch - predicted.pitch, abs=1e-8)
 
 

@@ -1,7 +1,11 @@
 """Angles on the circle: never blend 175° and −175° to 0°."""
 
+from math import pi
+
 from levelhead.compiler.mark import kernel
 from levelhead.kernels.trig import ROUND
+
+TWO_PI = 2.0 * pi
 
 
 @kernel
