@@ -95,12 +95,26 @@ CASES = {
 }
 
 
+def several_files(tmp_path) -> Path:
+    """A folder whose files hold an accelerometer and a magnetometer."""
+    for name in ("acc", "mag"):
+        rows = (f"{0.01 * i:.2f},{i % 7},{i % 5},{9 + i % 3}" for i in range(200))
+        (tmp_path / f"{name}.csv").write_text("\n".join([f"t [s],{name}_x,{name}_y,{name}_z", *rows]) + "\n")
+    return tmp_path
+
+
 @pytest.mark.parametrize("code", CASES)
 def test_an_error_has_the_code_of_its_cause(code, tmp_path):
     with pytest.raises(lh.LevelheadError) as raised:
         CASES[code](tmp_path)
     assert raised.value.code == code, raised.value
     assert pickle.loads(pickle.dumps(raised.value)).code == code  # as a process of a corpus hands it over
+
+
+def test_a_sensor_that_no_table_has_is_about_columns(tmp_path):
+    with pytest.raises(lh.LevelheadError, match="no gyroscope among") as raised:
+        lh.read(several_files(tmp_path))
+    assert raised.value.code == "column"
 
 
 def test_an_error_about_an_error_keeps_its_code_and_one_from_outside_has_none():

@@ -7,12 +7,9 @@ screen. Each figure stands beside a fixed amount of work of one core, timed in t
 machine, the ratio holds.
 """
 
-import functools
-import http.server
 import shutil
 import statistics
 import tempfile
-import threading
 import time
 from pathlib import Path
 from typing import Any
@@ -20,6 +17,7 @@ from typing import Any
 import numpy as np
 from benchmarks.measure import options, run_script, show
 from benchmarks.speed.page import AFTER_FRAME, DRAWN, work
+from tests.reference.folder_server import serve_folder
 
 import levelhead as lh
 from levelhead.bench.timing import Table
@@ -30,13 +28,6 @@ SHOWN = "() => document.body.dataset.ready === 'true'"
 DRAG = f"""(share) => {{ const bar = document.querySelector('#parameter-gyr_noise'), began = performance.now();
   bar.value = share * bar.max; bar.dispatchEvent(new Event('input')); return {DRAWN}; }}"""
 PIECE = 10_000  # rows that are simulated, and repeated
-
-
-class QuietHandler(http.server.SimpleHTTPRequestHandler):
-    """No line for each request."""
-
-    def log_message(self, format: str, *args: object) -> None:
-        """Nothing."""
 
 
 def write_log(path: Path, rows: int) -> None:
@@ -98,21 +89,17 @@ def main() -> None:
     given = parser.parse_args()
     if not (given.site / "plain.html").is_file():
         raise LevelheadError(f"{given.site} holds no plain.html; expected the folder that make try wrote")
-    handler = functools.partial(QuietHandler, directory=str(given.site))
     with (
         tempfile.TemporaryDirectory() as folder,
-        http.server.ThreadingHTTPServer(("127.0.0.1", 0), handler) as server,
+        serve_folder(given.site) as url,
         sync_playwright() as one,
     ):
-        threading.Thread(target=server.serve_forever, daemon=True).start()
         log, small = Path(folder) / "log.csv", Path(folder) / "small.csv"
         write_log(log, given.rows)
         write_log(small, PIECE)
         browser = one.chromium.launch(executable_path=shutil.which("chromium"), args=["--no-sandbox", "--disable-gpu"])
-        url = f"http://127.0.0.1:{server.server_port}/"
         turns = [turn(browser, url, log, small) for _ in range(given.turns)]
         browser.close()
-        server.shutdown()
     columns = {"what": "part", "seconds": "median [s]", "least": "least [s]", "work": "by a fixed work"}
     rows = [
         {

@@ -2,13 +2,11 @@
 
 import io
 import os
-import threading
 import zipfile
-from functools import partial
-from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 
 import numpy as np
 import pytest
+from tests.reference.folder_server import serve_folder
 
 from levelhead.corpora.places import is_gone, list_sources, local_copy
 from levelhead.errors import LevelheadError
@@ -90,23 +88,13 @@ def test_a_copy_from_a_store_keeps_the_names_of_file_and_folder():
     assert not path.exists()
 
 
-class Silent(SimpleHTTPRequestHandler):
-    """A web server that does not write to the terminal."""
-
-    def log_message(self, *_):
-        """Nothing."""
-
-
 @pytest.fixture
 def web(tmp_path):
     """A folder as a web server lists it, on this machine."""
     site = tmp_path / "site"
     touch(site, "a.csv", "below/b.csv", "below/notes.pdf")
-    handler = partial(Silent, directory=str(site))
-    with ThreadingHTTPServer(("127.0.0.1", 0), handler) as server:
-        threading.Thread(target=server.serve_forever, daemon=True).start()
-        yield f"http://127.0.0.1:{server.server_port}"
-        server.shutdown()
+    with serve_folder(site) as url:
+        yield url.rstrip("/")
 
 
 def test_a_folder_of_a_web_server(web):

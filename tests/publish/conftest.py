@@ -1,16 +1,14 @@
 """Chromium, and the pages in it, for the tests of what levelhead publishes."""
 
-import functools
-import http.server
 import os
 import shutil
 import subprocess
 import sys
-import threading
 from pathlib import Path
 from urllib.parse import urljoin
 
 import pytest
+from tests.reference.folder_server import serve_folder
 from tests.reference.page import PATIENCE, WEB
 
 
@@ -51,13 +49,6 @@ def look(browser):
     assert [words for words in wrong if "ERR_CONNECTION" not in words and "ERR_INCOMPLETE" not in words] == []
 
 
-class QuietHandler(http.server.SimpleHTTPRequestHandler):
-    """The test's terminal is for the test."""
-
-    def log_message(self, format: str, *args: object) -> None:
-        pass
-
-
 @pytest.fixture(scope="session")
 def try_pages(tmp_path_factory):
     """Address of the pages that run in the browser alone."""
@@ -67,8 +58,5 @@ def try_pages(tmp_path_factory):
     folder = tmp_path_factory.mktemp("site") / "try"
     command = [sys.executable, str(WEB / "try_page.py"), str(folder), "ESKF", "Mahony"]
     subprocess.run(command, env=os.environ | {"PYODIDE_DIST": str(release)}, check=True)
-    handler = functools.partial(QuietHandler, directory=str(folder))
-    with http.server.ThreadingHTTPServer(("127.0.0.1", 0), handler) as server:
-        threading.Thread(target=server.serve_forever, daemon=True).start()
-        yield f"http://127.0.0.1:{server.server_port}/"
-        server.shutdown()
+    with serve_folder(folder) as url:
+        yield url

@@ -468,7 +468,10 @@ def _complete(columns: Mapping[str, tuple[int, ...]], names: Sequence[str], sour
             listed = ", ".join(name for name in names[:12] if name) + (", …" if len(names) > 12 else "")
             angles = [name for name in names if name.lower() in ("roll", "pitch", "yaw")]
             made = f"; {' and '.join(angles)} are made of such readings" if len(angles) > 1 else ""
-            raise LevelheadError(
-                f"{source}: there is no {MEANING[role]} among the columns {listed}; "
-                f"expected such as {_EXAMPLE[role]}, or the hint map {role}=…{made}"
-            )
+            expected = f"such as {_EXAMPLE[role]}, or the hint map {role}=…{made}"
+            raise missing_sensor(source, role, f"the columns {listed}", expected)
+
+
+def missing_sensor(source: str, role: str, places: str, expected: str) -> LevelheadError:
+    """The error for a log without a sensor: ``places`` were searched."""
+    return LevelheadError(f"{source}: there is no {MEANING[role]} among {places}; expected {expected}")

@@ -15,7 +15,7 @@ from levelhead.sources.conclusion import Basis, Conclusion
 from levelhead.sources.hints import MEANING, Hints, NeedsHints, Scale, SuggestsCommand
 from levelhead.sources.interpret.accelerometer import lacks_gravity
 from levelhead.sources.interpret.clock_choice import Candidate, beside_clock, choose, join_seconds, seconds, with_ticks
-from levelhead.sources.interpret.roles import plain_name
+from levelhead.sources.interpret.roles import missing_sensor, plain_name
 from levelhead.sources.join.division import divide
 from levelhead.sources.join.windows import unroll
 from levelhead.sources.names.column_groups import (
@@ -235,7 +235,7 @@ def _sensors_by_role(source: str, tables: Sequence[Table]) -> dict[str, list[Sen
     for role in ("gyr", "acc"):
         if not groups[role]:
             names = ", ".join(dict.fromkeys(table.context or Path(table.source).name for table in tables))
-            raise LevelheadError(f"{source}: there is no {MEANING[role]} among {names}; expected one, with three axes")
+            raise missing_sensor(source, role, names, "one, with three axes")
     return groups
 
 
