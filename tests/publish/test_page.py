@@ -125,6 +125,20 @@ def check_filters(page, view) -> None:
     eventually(lambda: f"Kalman\t{score.tilt:.2f}°\t{score.heading:.2f}°" in page.inner_text("#filters"))
 
 
+def check_focus(page, node) -> None:
+    """An event of the list keeps the focus of the keyboard while others come."""
+    entry, entries = page.locator("#events button").first, page.locator("#events button")
+    entry.focus()
+    words, listed = page.evaluate(FOCUSED), entries.count()
+    for heading in (10.0, 20.0):
+        node.set(heading=heading)
+    eventually(lambda: entries.count() >= listed + 2)
+    assert page.evaluate(FOCUSED) == words and entry.inner_text() != words
+
+
+FOCUSED = "() => document.activeElement.innerText"
+
+
 @needs_page
 @pytest.mark.slow
 def test_a_node_is_followed_steered_and_recorded_and_its_silence_is_grey(look, tmp_path):
@@ -149,6 +163,7 @@ def test_a_node_is_followed_steered_and_recorded_and_its_silence_is_grey(look, t
             page.keyboard.press("ArrowRight")
         eventually(lambda: node.params.beta > lh.Madgwick().beta)
         eventually(lambda: "parameters: beta=" in page.inner_text("#events"))
+        check_focus(page, node)
         page.locator("#record").click()
         eventually(lambda: re.search(r"■ [1-9]\d+ samples", page.inner_text("#record")))
         page.locator("#record").click()
@@ -159,7 +174,7 @@ def test_a_node_is_followed_steered_and_recorded_and_its_silence_is_grey(look, t
         runs.join(timeout=PATIENCE)
         eventually(lambda: page.get_attribute(".scene", "data-state") == "invalid")
         assert "the node is silent" in page.inner_text("#status")
-        check_accessibility(page)  # when no event comes any more, for each one makes the list anew
+        check_accessibility(page)
     finally:
         node.stop()
         server.close()

@@ -4,7 +4,7 @@ import type { Block } from "./block";
 import { Body, type Ghost } from "./body";
 import { Chart, type ChartContent, type Line } from "./chart";
 import { Clock, Curve } from "./curve";
-import { byId, make, signed } from "./dom";
+import { byId, make, replaceOthers, signed } from "./dom";
 import { Health, type Moment } from "./health";
 import { addKeys, showHelp } from "./keys";
 import { ParameterPanel } from "./parameters";
@@ -51,6 +51,7 @@ export class App {
   private lost = false;
   private dirty = { charts: true, cursor: true };
   private moments: Moment[] = [];
+  private items = new WeakMap<Moment, HTMLElement>();
   private frames = 0;
   private drawn = ""; // what the body shows
   private over = new AbortController();
@@ -547,7 +548,9 @@ export class App {
     });
     const head = make("tr", {}, make("th", { scope: "col" }, this.truth === null ? "filter" : "RMS error against truth"),
       ...(this.truth === null ? [] : ["tilt", "heading"].map((name) => make("th", { scope: "col" }, name))), make("th", { scope: "col", "aria-label": "remove" }));
+    const focused = card.contains(document.activeElement) ? document.activeElement!.id : "";
     card.replaceChildren(make("div", { class: "choose" }, choose, add), make("table", { class: "filters" }, make("thead", {}, head), make("tbody", {}, ...rows)));
+    if (focused) byId(focused).focus();
   }
 
   private listMoments(moments: Moment[]): void {
@@ -556,9 +559,18 @@ export class App {
     if (list === null) return;
     const newest = this.about.kind === "node" ? moments.slice().reverse() : moments;
     byId("event-summary").textContent = moments.length === 0 ? "Events: none" : `Events (${moments.length})`;
-    list.replaceChildren(...newest.slice(0, LISTED).map(({ t, words, fault }) =>
-      make("li", {}, make("button", { type: "button", class: fault ? "fault" : "", click: () => this.time.seek(t) }, make("time", {}, this.time.words(t)), words))));
-    if (moments.length > LISTED) list.append(make("li", { class: "quiet" }, `and ${moments.length - LISTED} more: keys ] and [ reach them`));
+    const items: HTMLElement[] = newest.slice(0, LISTED).map((moment) => this.momentItem(moment));
+    if (moments.length > LISTED) items.push(make("li", { class: "quiet" }, `and ${moments.length - LISTED} more: keys ] and [ reach them`));
+    replaceOthers(list, items);
+  }
+
+  /** The entry of an event; one that is listed already keeps its own. */
+  private momentItem(moment: Moment): HTMLElement {
+    const { t, words, fault } = moment, known = this.items.get(moment);
+    if (known !== undefined) return known;
+    const item = make("li", {}, make("button", { type: "button", class: fault ? "fault" : "", click: () => this.time.seek(t) }, make("time", {}, this.time.words(t)), words));
+    this.items.set(moment, item);
+    return item;
   }
 
   private recolour(): void {

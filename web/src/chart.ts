@@ -7,6 +7,7 @@ import type { Time } from "./time";
 
 export const AXIS = 54; // pixels left of every chart and of the ruler
 export const MARGIN = 12; // pixels right of them
+const LETTER = 6.5; // pixels that a letter of a tick takes at most, on average
 const ANGLE_STEPS = [0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 15, 30, 45, 90, 180, 360, 720, 1800, 3600];
 type Values = ArrayLike<number | null | undefined>;
 const STEEP = 4; // pixels up and down a point, beyond which a curve is drawn as columns
@@ -74,7 +75,7 @@ export class Chart {
       axes: [
         {
           size: this.content.ruler ? 22 : 0, font, stroke: colour("soft"), grid, ticks: { show: false }, gap: 2,
-          values: (_, splits) => splits.map((t) => (this.content.ruler ? this.time.words(t, Math.max(0, Math.ceil(-Math.log10(splits[1] - splits[0]) - 1e-9))) : "")),
+          values: (plot, splits) => splits.map((t) => (this.content.ruler ? this.tick(plot, t, splits[1] - splits[0]) : "")),
         },
         {
           size: AXIS, font, stroke: colour("soft"), grid, ticks: { show: false }, gap: 6,
@@ -100,6 +101,13 @@ export class Chart {
     }, [[], ...series.slice(1).map(() => [])] as uPlot.AlignedData, this.host);
     this.plot.over.append(this.cursor);
     this.buildLegend();
+  }
+
+  /** The words of a tick; none where the chart's edge would cut them. */
+  private tick(plot: uPlot, t: number, step: number): string {
+    const words = this.time.words(t, Math.max(0, Math.ceil(-Math.log10(step) - 1e-9)));
+    const { low, high } = this.time, room = MARGIN + ((high - t) / (high - low)) * (plot.width - AXIS - MARGIN);
+    return room < 0.5 * LETTER * words.length ? "" : words;
   }
 
   private buildLegend(): void {

@@ -15,6 +15,15 @@ export function make<K extends keyof HTMLElementTagNameMap>(
   return element;
 }
 
+/** Gives a list these items; those that stay are not moved, so that one of them keeps the focus. */
+export function replaceOthers(list: HTMLElement, items: HTMLElement[]): void {
+  const kept = new Set<Element>(items);
+  for (const one of [...list.children]) if (!kept.has(one)) one.remove();
+  items.forEach((item, place) => {
+    if (list.children[place] !== item) list.insertBefore(item, list.children[place] ?? null);
+  });
+}
+
 export const byId = <T extends HTMLElement>(id: string) => document.getElementById(id) as T;
 
 /** A colour of the style sheet. */
