@@ -6,6 +6,7 @@ Each figure stands beside a fixed amount of work of one core, timed in the same 
 ratio holds.
 """
 
+import os
 import shutil
 import statistics
 import subprocess
@@ -21,6 +22,8 @@ from benchmarks.measure import options, run_script, show
 import levelhead as lh
 from levelhead.bench.timing import Table
 
+# Byte code is written by the first start, as at home.
+ENVIRONMENT = {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
 # Two frames: the second begins when the first is on the screen.
 DRAWN = (
     "new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(() => done(performance.now() - began))))"
@@ -51,9 +54,8 @@ def work() -> float:
 def turn(log: Path, browser: Any) -> dict[str, float]:
     """One start of the command, and one look at its page; seconds."""
     fixed, began = work(), time.perf_counter()
-    view = subprocess.Popen(
-        [sys.executable, "-m", "levelhead", "view", str(log), "--port", "18181"], stdout=subprocess.PIPE, text=True
-    )
+    command = [sys.executable, "-m", "levelhead", "view", str(log), "--port", "18181"]
+    view = subprocess.Popen(command, env=ENVIRONMENT, stdout=subprocess.PIPE, text=True)
     assert view.stdout is not None
     try:
         url = view.stdout.readline().split()[0]

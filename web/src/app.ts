@@ -3,7 +3,7 @@ import { Attitude, type Quat } from "./attitude";
 import type { Block } from "./block";
 import { Body, type Ghost } from "./body";
 import { Chart, type ChartContent, type Line } from "./chart";
-import { Clock, Curve } from "./curve";
+import { Clock, Curve, DerivedCurve } from "./curve";
 import { byId, make, replaceOthers, signed } from "./dom";
 import { Health, type Moment } from "./health";
 import { addKeys, showHelp } from "./keys";
@@ -26,6 +26,10 @@ const VECTORS = [
   { id: "acc", title: "Specific force", unit: "m/s²", scale: 1, digits: 3, least: 1 },
   { id: "mag", title: "Magnetic field", unit: "µT", scale: 1, digits: 2, least: 2 },
 ];
+const TILT = [ // roll and pitch in degrees from a specific force
+  (_: number, y: number, z: number) => DEGREE * Math.atan2(y, z),
+  (x: number, y: number, z: number) => DEGREE * Math.atan2(-x, Math.sqrt(y * y + z * z)),
+];
 
 export class App {
   about!: About;
@@ -35,8 +39,8 @@ export class App {
   private main = new Attitude("");
   private overlays: Attitude[] = [];
   private truth: Attitude | null = null;
-  private tilt = [new Curve(), new Curve()]; // roll and pitch by the accelerometer alone
   private vectors = new Map(VECTORS.map(({ id }) => [id, [new Curve(), new Curve(), new Curve()]]));
+  private tilt = TILT.map((angle) => new DerivedCurve(this.vectors.get("acc")!, angle)); // by the accelerometer alone
   private filter: Filter = { name: "", parameters: [] };
   private health!: Health;
   private body = new Body();
@@ -110,7 +114,6 @@ export class App {
     }
     addKeys(this, this.over.signal);
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.recolour(), { signal: this.over.signal });
-    this.body.recolour();
     requestAnimationFrame((now) => this.frame(now));
     document.body.dataset.ready = "true";
   }
@@ -150,13 +153,6 @@ export class App {
       const column = block.columns.get(id);
       if (column !== undefined) this.vectors.get(id)!.forEach((curve, k) => curve.append(column.values, column.rows, k, 3, scale));
     }
-    const { values, rows } = block.columns.get("acc")!, found = [new Float32Array(rows), new Float32Array(rows)];
-    for (let i = 0; i < rows; i++) {
-      const x = values[3 * i], y = values[3 * i + 1], z = values[3 * i + 2];
-      found[0][i] = DEGREE * Math.atan2(y, z);
-      found[1][i] = DEGREE * Math.atan2(-x, Math.sqrt(y * y + z * z));
-    }
-    this.tilt.forEach((curve, k) => curve.append(found[k]));
   }
 
   private addOverlay(block: Block): void {
@@ -597,7 +593,9 @@ export class App {
     if (this.time.playing) this.time.advance(Math.min(0.1, 0.001 * (now - this.last)));
     this.last = now;
     if (this.about.kind !== "recording" && ++this.frames % 6 === 0) this.showState();
-    if (this.dirty.charts) for (const chart of this.charts.values()) chart.draw();
+    const charts = [...this.charts.values()];
+    if (this.dirty.charts) for (const chart of charts) chart.drawInView();
+    else charts.find(({ stale }) => stale)?.draw();
     if (this.dirty.charts || this.dirty.cursor) this.showCursor();
     this.dirty.charts = this.dirty.cursor = false;
     this.body.frame();

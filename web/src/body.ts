@@ -40,6 +40,7 @@ export class Body {
   private valid = false; // grey until an orientation comes
   private relative = false;
   private dirty = true;
+  private sized = false; // it has its place on the page
 
   constructor() {
     this.element.append(this.canvas, this.horizon);
@@ -78,7 +79,11 @@ export class Body {
     this.cone.visible = this.fan.visible = false;
     this.scene.add(this.sky, this.ground, this.ring, this.fan, this.body, this.cone, sun, fill, new THREE.HemisphereLight(0xffffff, 0xa9b8c8, 1.7));
     this.nextView(0);
-    new ResizeObserver(() => { this.resize(); this.render(); }).observe(this.element);
+    new ResizeObserver(() => {
+      const shown = this.sized;
+      this.resize();
+      if (shown) this.render(); // at once, or it would flicker; the first time the next frame draws it
+    }).observe(this.element);
   }
 
   private buildBody(): void {
@@ -226,6 +231,7 @@ export class Body {
   private resize(): void {
     const { clientWidth: width, clientHeight: height } = this.element;
     if (width === 0 || height === 0) return;
+    this.sized = true;
     this.renderer?.setPixelRatio(Math.min(devicePixelRatio, 2));
     this.renderer?.setSize(width, height, false);
     this.camera.aspect = width / height;
@@ -237,7 +243,6 @@ export class Body {
   /** Has the browser compile what draws it, before there is anything to show. */
   prepare(): void {
     this.recolour();
-    this.renderer?.render(this.scene, this.camera);
   }
 
   /** Draws what has changed. */

@@ -21,6 +21,7 @@ export interface ChartContent { id: string; title: string; unit: string; digits:
 
 export class Chart {
   readonly element: HTMLElement;
+  stale = false; // the curves have changed since it was drawn
   private plot: uPlot | null = null;
   private host: HTMLElement;
   private legend: HTMLElement;
@@ -187,10 +188,19 @@ export class Chart {
     return [low - margin, high + margin];
   }
 
+  /** Draws it where it is seen; elsewhere it is stale, and drawn when there is time. */
+  drawInView(): void {
+    const { top, bottom } = this.host.getBoundingClientRect();
+    this.stale = bottom < 0 || top > innerHeight;
+    if (!this.stale) this.draw();
+  }
+
   draw(): void {
     const plot = this.plot;
+    this.stale = false;
     if (plot === null) return;
     const lines = this.shown, banded = lines.filter((line) => line.band !== undefined);
+    for (const { curve } of lines) curve.extend();
     const curves: Curve[] = [...lines.map((line) => line.curve), ...banded.flatMap((line) => line.band!)];
     const wraps = [...lines.map((line) => !!line.wraps), ...banded.flatMap((line) => [!!line.wraps, !!line.wraps])];
     const pixels = Math.max(50, Math.round((plot.bbox.width / devicePixelRatio) || 300));
@@ -214,8 +224,9 @@ export class Chart {
   showValues(): void {
     const row = this.time.clock.rowAt(this.time.hover ?? this.time.at);
     this.content.lines.forEach((line, k) => {
-      const value = line.curve.values[row];
-      if (this.values[k]) this.values[k].textContent = row >= 0 && row < line.curve.n && Number.isFinite(value) ? value.toFixed(this.content.digits).replace("-", "−") : "–";
+      const value = line.curve.values[row], known = row >= 0 && row < line.curve.n && Number.isFinite(value);
+      if (!this.values[k]) return;
+      this.values[k].textContent = !this.isShown(line) ? "" : known ? value.toFixed(this.content.digits).replace("-", "−") : "–";
     });
   }
 

@@ -1,6 +1,7 @@
 // A curve of single precision with the minimum and maximum of its blocks, so that any stretch is drawn at once.
 
 const BLOCK = 16;
+const ADOPTED = 10_000; // values from which on a first array is taken as it is, not copied
 
 export class Curve {
   values: Float32Array;
@@ -16,11 +17,19 @@ export class Curve {
   /** Appends `count` values of `source`, each `stride` after the other, times `scale`. */
   append(source: ArrayLike<number>, count = source.length, offset = 0, stride = 1, scale = 1): void {
     const first = this.n;
+    if (first === 0 && stride === 1 && scale === 1 && count > ADOPTED && source instanceof Float32Array && count === source.length) {
+      this.values = source; // the caller keeps no other use of so long an array
+      this.n = count;
+      return;
+    }
     this.reserve(first + count);
     if (stride === 1 && scale === 1) this.values.set(source, first);
     else copyColumn(source as Float32Array, this.values, first, count, offset, stride, scale);
     this.n = first + count;
   }
+
+  /** Makes the values that are drawn, where they are made of other curves. */
+  extend(): void { /* the values of most are given */ }
 
   clear(): void {
     this.n = this.summed = 0;
@@ -29,7 +38,7 @@ export class Curve {
   /** Drops the first `rows` values. */
   drop(rows: number): void {
     this.values.copyWithin(0, rows, this.n);
-    this.n -= rows;
+    this.n = Math.max(0, this.n - rows);
     this.summed = 0;
   }
 
@@ -75,6 +84,20 @@ export class Curve {
       end /= BLOCK;
       level++;
     }
+  }
+}
+
+/** A curve that is computed row by row from others, when it is first drawn. */
+export class DerivedCurve extends Curve {
+  constructor(private sources: Curve[], private value: (...values: number[]) => number) {
+    super();
+  }
+
+  extend(): void {
+    const from = this.n, found = new Float32Array(this.sources[0].n - from), columns = this.sources.map(({ values }) => values);
+    if (found.length === 0) return;
+    for (let i = 0; i < found.length; i++) found[i] = this.value(...columns.map((column) => column[from + i]));
+    this.append(found);
   }
 }
 

@@ -13,9 +13,14 @@ _MIN_VECTORS, _MAX_VARIATION = 10, 2e-3  # samples of a vector whose length soft
 _TURNED = np.cos(np.radians(15.0))  # the direction must move: at rest a bias has a constant direction too
 
 
+def excerpt_step(n: int) -> int:
+    """The step between the rows of n that are enough for a mean."""
+    return max(1, n // _ROWS)
+
+
 def is_gravity(gyr: Array, acc: Array) -> bool:
     """Whether (n, 3) ``gyr`` keeps its length while it turns and stays along (n, 3) ``acc``; both in any unit."""
-    step = max(1, len(gyr) // _ROWS)
+    step = excerpt_step(len(gyr))
     gyr, acc = gyr[::step], acc[::step]
     rows = np.isfinite(gyr).all(axis=1) & np.isfinite(acc).all(axis=1)
     gyr, acc = gyr[rows], acc[rows]
@@ -31,7 +36,7 @@ def is_gravity(gyr: Array, acc: Array) -> bool:
 
 def keeps_length_of_gravity(values: Array) -> bool:
     """Whether (n, 3) values have the length of gravity, in g or m/s², at each sample: software worked them out."""
-    values = values[:: max(1, len(values) // _ROWS)]
+    values = values[:: excerpt_step(len(values))]
     length = np.sqrt((values**2).sum(axis=1))
     length = length[np.isfinite(length)]
     if len(length) < _MIN_VECTORS or not np.ptp(values[np.isfinite(values).all(axis=1)], axis=0).any():

@@ -215,7 +215,7 @@ def _complete_rows(table: Table, roles: Roles, clock: FoundClock, columns: Mappi
     if clock.rows is not None:
         columns = {i: column[clock.rows] for i, column in columns.items()}
     t = clock.t
-    gyr, acc = (np.isfinite(stack(columns, roles.columns[role])).all(axis=1) for role in ("gyr", "acc"))
+    gyr, acc = (_finite_rows(columns, roles.columns[role]) for role in ("gyr", "acc"))
     both: NDArray[np.bool_] = np.logical_and(gyr, acc)
     if len(t) > 20 and both.mean() < 0.2 and min(float(gyr.mean()), float(acc.mean())) > 0.15:
         return Readings(*_set_to_gyroscope(t, columns, roles.columns["gyr"], roles.columns["acc"]), True)
@@ -229,6 +229,11 @@ def _complete_rows(table: Table, roles: Roles, clock: FoundClock, columns: Mappi
             f"({int(both.sum())} of {len(both)} rows); expected one every {MAX_INTERVAL:g} s or more often"
         )
     return Readings(t, columns)
+
+
+def _finite_rows(columns: Mapping[int, Column], positions: Sequence[int]) -> NDArray[np.bool_]:
+    """(n,) whether all of some columns have a finite number."""
+    return np.logical_and.reduce([np.isfinite(columns[i]) for i in positions])
 
 
 def _set_to_gyroscope(

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from levelhead.errors import LevelheadError
-from levelhead.signals.gravity_direction import is_gravity, keeps_length_of_gravity
+from levelhead.signals.gravity_direction import excerpt_step, is_gravity, keeps_length_of_gravity
 from levelhead.sources.hints import Hints
 from levelhead.sources.interpret.accelerometer import lacks_gravity
 from levelhead.sources.interpret.clock_column import with_clock
@@ -119,7 +119,8 @@ def _goes_back(column: Column) -> bool:
 
 
 def _refuse_gravity(table: Table, roles: Roles, columns: dict[int, Column]) -> None:
-    if is_gravity(stack(columns, roles.columns["gyr"]), stack(columns, roles.columns["acc"])):
+    some = {i: column[:: excerpt_step(len(column))] for i, column in columns.items()}
+    if is_gravity(stack(some, roles.columns["gyr"]), stack(some, roles.columns["acc"])):
         names = ", ".join(table.names[i] for i in roles.columns["gyr"])
         raise LevelheadError(
             f"{table.source}: {names} keep one length while they turn and stay along the accelerometer: they are the "

@@ -17,7 +17,7 @@ def count_interleaved(acc: Array) -> int:
     A body moves little from one sample to the next, two bodies are apart: of rows that alternate, those of one unit
     differ much less than neighbours do.
     """
-    rows = acc[np.isfinite(acc).all(axis=1)][:MAX_ROWS]
+    rows = acc[np.flatnonzero(np.isfinite(acc).all(axis=1))[:MAX_ROWS]]
     if len(rows) < MIN_ROWS:
         return 1
     steps = {k: median(np.linalg.norm(rows[k:] - rows[:-k], axis=1)) for k in range(1, MAX_UNITS + 1)}
