@@ -1,4 +1,4 @@
-"""From a sensor to C in five commands: what each takes, and the error after it, docs/howto/tuning.md.
+"""From a sensor to C in five commands: what each takes, and the error after it, docs/explanation/tuning-accuracy.md.
 
     python -m benchmarks.accuracy.lab_walk
 

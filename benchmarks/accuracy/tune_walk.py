@@ -1,4 +1,4 @@
-"""From a log to C: the error of each step of the page on tuning, docs/howto/tuning.md.
+"""From a log to C: the error of each step of the page on tuning, docs/explanation/tuning-accuracy.md.
 
     python -m benchmarks.accuracy.tune_walk $LEVELHEAD_DATA/broad
 

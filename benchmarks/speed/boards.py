@@ -21,7 +21,7 @@ CPUS = {"float": (M4F,), "double": (M4F, M0)}
 NOTES = {
     "float": "The processor computes float.",
     "double": "Double is done in software. libgcc's sum for ARMv7-M rounds some differences wrongly "
-    "(docs/howto/export.md).",
+    "(docs/reference/exported-c.md).",
 }
 COLUMNS = {
     "case": "filter",

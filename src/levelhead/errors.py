@@ -31,7 +31,7 @@ FAMILIES = (
         "file",
         "A file is absent, damaged, empty, or of a format that levelhead does not read.",
         "Check the path. Export the log again, or convert it to a format of the list.",
-        "reading",
+        "formats",
         (
             "cli.fuse",
             "json_file",

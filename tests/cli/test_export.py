@@ -12,7 +12,8 @@ import pytest
 from levelhead import filters, fuse, read, simulate
 from levelhead.evaluate import evaluate
 
-PAGE = Path(__file__).resolve().parents[2] / "docs" / "howto" / "export.md"
+DOCS = Path(__file__).resolve().parents[2] / "docs"
+PAGE, REFERENCE = DOCS / "howto" / "export.md", DOCS / "reference" / "exported-c.md"
 GCC = pytest.mark.skipif(shutil.which("cmake") is None or shutil.which("gcc") is None, reason="no cmake and gcc here")
 
 
@@ -76,12 +77,13 @@ def test_filters_in_one_folder_are_one_project(levelhead, tmp_path):
 @pytest.mark.parametrize("double", [False, True], ids=["float", "double"])
 def test_qemu_as_the_page_types_it(levelhead, tmp_path, monkeypatch, double):
     monkeypatch.chdir(tmp_path)
-    Path("benchmarks").symlink_to(PAGE.parents[2] / "benchmarks")
-    (block,) = (one for one in re.findall(r"```sh\n(.*?)```", PAGE.read_text(), re.DOTALL) if "qemu" in one)
+    page = REFERENCE.read_text(encoding="utf-8")
+    Path("benchmarks").symlink_to(DOCS.parent / "benchmarks")
+    (block,) = (one for one in re.findall(r"```sh\n(.*?)```", page, re.DOTALL) if "qemu" in one)
     first, _, rest = block.partition("\n")
     if double:
         first = first.replace(" --float", "")
-        rest = re.sub(r"-mcpu=.* -mfpu=\S+", re.search(r"use\s+`(-mcpu=\S+ -mthumb)`", PAGE.read_text())[1], rest)
+        rest = re.sub(r"-mcpu=.* -mfpu=\S+", re.search(r"use\s+`(-mcpu=\S+ -mthumb)`", page)[1], rest)
     assert levelhead(*shlex.split(first)[1:]).code == 0
     done = subprocess.run(["sh", "-e", "-c", rest], capture_output=True, text=True, check=False, timeout=120)
     assert done.returncode == 0 and done.stdout.startswith("lh_ekf: all 96 samples are right"), (
@@ -196,10 +198,10 @@ def test_the_page_works_as_written(levelhead, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     page = PAGE.read_text(encoding="utf-8")
     lines = [line.strip() for block in re.findall(r"```sh\n(.*?)```", page, re.DOTALL) for line in block.splitlines()]
-    commands = [shlex.split(line) for line in lines if line.startswith("levelhead ") and "--wasm" not in line]
+    commands = [shlex.split(line) for line in lines if line.startswith("levelhead ")]
     verbs = [command[1] for command in commands]
     steps = ["simulate", "sweep", "export", "fuse", "compare"]  # the log of the last two comes from a board
-    assert verbs == [*steps, "export", "fuse", "export", "export", "export"]
+    assert verbs == [*steps, "export", "fuse", "export", "export"]
 
     def run(command):
         target = command[command.index(">") + 1] if ">" in command else None
@@ -225,7 +227,7 @@ def test_the_page_works_as_written(levelhead, tmp_path, monkeypatch):
     found = re.search(r"filter\.kp = ([^f]+)f; /\* set \*/", source)
     assert found and float(found[1]) == pytest.approx(best["value"], rel=1e-6)
     assert (library / "examples" / "mpu6050" / "mpu6050.ino").exists()
-    for command in commands[5:-1]:
+    for command in commands[5:]:
         run(command)
     assert "--lean" in (library / "src" / "lh_mahony.c").read_text(encoding="utf-8")
     corrected = (tmp_path / "board" / "lh_mahony.c").read_text(encoding="utf-8")

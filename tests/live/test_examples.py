@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-PAGE = Path(__file__).resolve().parents[2] / "docs" / "howto" / "live.md"
+PAGE = Path(__file__).resolve().parents[2] / "docs" / "howto" / "applications.md"
 DATA = Path(os.environ.get("LEVELHEAD_DATA", Path(__file__).parents[3] / "shared" / "data"))
 BODY = DATA / "joints" / "qmt_full_body.mat"
 FOLDER = Path(__file__).resolve().parents[2] / "examples"

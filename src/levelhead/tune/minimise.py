@@ -2,7 +2,7 @@
 
 Differential evolution (R. Storn, K. Price, J. Global Optimization 11, 1997) finds the valley and asks for a whole
 generation at a time; the simplex (J. A. Nelder, R. Mead, The Computer Journal 7, 1965) goes down in it. Both are
-SciPy's. docs/howto/tuning.md has the numbers of runs beside Optuna's.
+SciPy's. docs/explanation/tuning-accuracy.md has the numbers of runs beside Optuna's.
 """
 
 from collections.abc import Callable
