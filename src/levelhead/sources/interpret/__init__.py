@@ -233,7 +233,8 @@ def _complete_rows(table: Table, roles: Roles, clock: FoundClock, columns: Mappi
 
 def _finite_rows(columns: Mapping[int, Column], positions: Sequence[int]) -> NDArray[np.bool_]:
     """(n,) whether all of some columns have a finite number."""
-    return np.logical_and.reduce([np.isfinite(columns[i]) for i in positions])
+    found: NDArray[np.bool_] = np.logical_and.reduce([np.isfinite(columns[i]) for i in positions])
+    return found
 
 
 def _set_to_gyroscope(
