@@ -9,7 +9,7 @@ from tests.reference import boards
 
 from levelhead import filters
 from levelhead.export import ExportConfig, write
-from levelhead.export.board import BOARDS, memory
+from levelhead.export.board import BOARDS, SKETCH_STACK, memory
 from levelhead.export.config import LEAN
 from levelhead.export.project import build_c_api
 
@@ -65,6 +65,22 @@ def test_an_uno_holds_the_lesson():
     assert found["fits"] == "yes" and found["ram"] < 256 and found["code"] < 8_192
     assert 20 < found["stack"] < 512 and 1_000 < found["cycles"] < 40_000
     assert boards.on_avr(ExportConfig(filters.EKF(), real="float"))["fits"] == "no"
+
+
+@pytest.mark.parametrize("without", [None, LEAN, LEAN | {"mag"}], ids=["whole", "lean", "lean without mag"])
+@pytest.mark.parametrize("name", ["Triad", "BiasRateKalman", "EKF"])
+def test_the_stack_on_an_avr_is_never_more_than_reckoned(name, without):
+    """The filters that come nearest; the rest of a sketch takes its own share besides."""
+    if boards.missing("AVR"):
+        pytest.skip(f"not on the PATH: {boards.missing('AVR')}")
+    params = filters.find(name).params()
+    if without is None or name == "Triad":
+        config = ExportConfig(params, real="float")
+    else:
+        config = ExportConfig(params, None, "float", without=without)
+    api = build_c_api(config)
+    api.write()
+    assert boards.on_avr(config)["stack"] <= memory(api, BOARDS["mega"]).stack - SKETCH_STACK
 
 
 @pytest.mark.parametrize(

@@ -70,7 +70,7 @@ def memory(api: Api, board: TargetBoard) -> Memory:
         flash, stack = AXIS_FLASH, AXIS_STACK
     else:
         operations, moves = api.program.counts()
-        flash, stack = OPERATION * operations + MOVE * moves, 240 + operations // 7
+        flash, stack = OPERATION * operations + MOVE * moves, 410 + operations // 7
     if board.machine is not AVR:
         return Memory(flash, filter_size + SYSTEM32, 2 * stack)
     if find_magnetometer(api.config, find_chip(api.config.chip).name):
