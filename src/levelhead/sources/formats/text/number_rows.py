@@ -6,7 +6,7 @@ from collections.abc import Collection
 
 import numpy as np
 
-from levelhead.recording import Array
+from levelhead.open_types import Untyped
 from levelhead.sources.formats.text.cells import MISSING
 from levelhead.sources.table import Column
 
@@ -33,7 +33,7 @@ def number_rows(
     return None
 
 
-def _parse(text: str, delimiter: str, kinds: list[str]) -> Array | None:
+def _parse(text: str, delimiter: str, kinds: list[str]) -> Untyped:
     dtype = np.dtype([(f"f{i}", _KINDS[kind]) for i, kind in enumerate(kinds)])
     with warnings.catch_warnings():
         warnings.simplefilter("error")  # a fraction in a column of whole numbers; no line at all
