@@ -54,6 +54,23 @@ def test_a_log_is_read_in_the_browser_itself(look, try_pages, tmp_path):
     check_accessibility(page)
 
 
+def test_a_log_that_lacks_a_rate_is_read_by_the_form_of_the_page(look, try_pages, tmp_path):
+    log, made = tmp_path / "log.csv", lh.simulate.recording("MPU-6050", "hand", duration=12.0, rate=50)
+    head = ",".join([*(f"u{i}" for i in range(3)), *(f"acc_{axis} (g)" for axis in "xyz")])
+    np.savetxt(log, np.hstack([np.degrees(made.gyr), made.acc / 9.80665]), "%.6f", ",", header=head, comments="")
+    page = look(try_pages, "#file")
+    page.set_input_files("#file", log)
+    page.wait_for_selector("#message:not([hidden])")
+    page.get_by_label("columns", exact=True).fill("gyr=u0,u1,u2")
+    page.get_by_label("units", exact=True).fill("gyr=deg/s")
+    page.get_by_label("rate, Hz", exact=True).fill("50")
+    page.get_by_role("button", name="Read again").click()
+    page.wait_for_selector("body[data-ready]")
+    track = lh.fuse(lh.read(log, map={"gyr": ["u0", "u1", "u2"]}, units={"gyr": "deg/s"}, rate=50))
+    seek(page, 3.0)
+    eventually(lambda: numbers(page, "roll", "pitch", "yaw") == pytest.approx(track.euler()[150], abs=0.06))
+
+
 TRACK = """async ([script, name, text, chosen, filter]) => {
   const worker = new Worker(script, { type: "module" });
   const call = (name, args, file) => new Promise((take, fail) => {
