@@ -16,6 +16,7 @@ FACTORS: dict[str, dict[str, float]] = {
         **dict.fromkeys(("s", "sec", "secs", "second", "seconds"), 1.0),
         **dict.fromkeys(("ms", "msec", "msecs", "millis", "millisecond", "milliseconds"), 1e-3),
         **dict.fromkeys(("us", "usec", "usecs", "micros", "microsecond", "microseconds"), 1e-6),
+        "100us": 1e-4,  # SampleTimeFine (Xsens, MT Low-Level Communication Protocol, XDI_SampleTimeFine)
         **dict.fromkeys(("ns", "nsec", "nsecs", "nanos", "nanosec", "nanosecond", "nanoseconds"), 1e-9),
         "min": 60.0,
         "days": 86400.0,

@@ -5,6 +5,7 @@ from pathlib import Path
 from tests.reference import (  # noqa: F401  (each registers its layouts)
     layouts_of_apps,
     layouts_of_firmware,
+    layouts_of_instruments,
     layouts_of_laboratories,
     layouts_of_robots,
     layouts_of_strangers,

@@ -19,6 +19,10 @@ MENDED = {
 STRANGERS = {"temperature_called_t": "command", "comma_behind_a_name": "command", "rotation_in_german": "command"}
 STRANGERS |= {"clock_before_date": "guess"}
 
+INSTRUMENTS = {name: "command" for name in ("stray_scanner", "vn_ascii")}
+INSTRUMENTS |= {name: "guess" for name in ("cats_tag", "nicla_ble", "joycon_counts", "dataframe_multi")}
+INSTRUMENTS |= {"android_logcat": "nowhere"}  # the date and the process before each word are numbers without a name
+
 
 @pytest.fixture(scope="module")
 def motion() -> Motion:
@@ -37,6 +41,39 @@ def test_a_layout_that_was_not_read_at_first(kind: str, name: str, motion: Motio
 def test_a_layout_that_a_stranger_chose(name: str, motion: Motion, tmp_path: Path) -> None:
     verdict, why = judge(name, ROUNDS["strangers"][name], motion, tmp_path)
     assert verdict == STRANGERS.get(name, "right"), why
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ROUNDS["instruments"])
+def test_a_layout_of_an_instrument(name: str, motion: Motion, tmp_path: Path) -> None:
+    verdict, why = judge(name, ROUNDS["instruments"][name], motion, tmp_path)
+    assert verdict == INSTRUMENTS.get(name, "right"), why
+
+
+HEAD = "time [s]," + ",".join(
+    f"{name}_{axis} [{unit}]" for name, unit in (("gyr", "rad/s"), ("acc", "m/s²")) for axis in "xyz"
+)
+
+
+def test_a_row_without_a_reading_is_no_sample(motion: Motion, tmp_path: Path) -> None:
+    stamps = motion.t.tolist()
+    lines = [
+        f"{t:.3f},{','.join(f'{v:.6f}' for v in (*g, *a))},"
+        for t, g, a in zip(stamps, motion.gyr, motion.acc, strict=True)
+    ]
+    lines.insert(200, f"{stamps[200]:.3f},,,,,,,blink")
+    recording = lh.read(write(tmp_path / "log.csv", f"{HEAD},event\n", "\n".join(lines)))
+    np.testing.assert_array_equal(recording.t, motion.t.round(3))
+    assert np.isfinite(recording.gyr).all()
+
+
+def test_one_stamp_that_repeats_leaves_the_others(motion: Motion, tmp_path: Path) -> None:
+    stamps = (motion.t + 0.1 * np.sin(motion.t)).round(6)  # a clock that is no straight line
+    stamps[700] = stamps[699]
+    recording = lh.read(write(tmp_path / "log.csv", f"{HEAD}\n", rows(stamps, motion.gyr, motion.acc)))
+    kept = np.delete(np.arange(len(stamps)), 700)
+    np.testing.assert_allclose(recording.t[kept], stamps[kept], atol=1e-9)
+    assert recording.t[699] < recording.t[700] < recording.t[701]
 
 
 def test_a_field_is_read_without_the_bias_that_a_phone_wrote_beside_it(motion: Motion, tmp_path: Path) -> None:

@@ -155,10 +155,11 @@ def _reading(file: Path, hints: Hints | None = None) -> Iterator[None]:
     except NeedsHints as error:
         if hints is None:
             raise
-        suggested = try_hints(file, hints, error)
+        part = Path(error.path) if error.path else file
+        suggested = try_hints(part, hints, error)
         if suggested is None:
             raise LevelheadError(error.sentence) from None
-        raise NeedsHints(error.sentence, str(file), **suggested) from None
+        raise NeedsHints(error.sentence, str(part), **suggested) from None
     except (OSError, ValueError) as error:
         if isinstance(error, LevelheadError):
             raise

@@ -212,6 +212,7 @@ SENTENCES: Mapping[tuple[str, str], Template] = {
     ("t.rows", "stale"): _stale,
     ("t.rows", "no_stamp"): "time: {value} rows without a stamp were left out, the first at {first}",
     ("t.rows", "repeated"): "time: '{column}' repeats {value} stamps with the row before; these rows were left out",
+    ("t.rows", "marks"): "time: {value} rows without a reading share a stamp with another row; they were left out",
     ("t.start", "date"): "time: starts at 0; the first stamp is {value:.6f} s (meta['t0'])",
     ("t.session", "longest"): _session,
     ("t.session", "hint"): _session,
@@ -233,7 +234,7 @@ SENTENCES: Mapping[tuple[str, str], Template] = {
         "evenly"
     ),
     ("t.stamps", "equal"): (
-        "time: '{column}' repeats {value} stamps with new numbers: samples came in bursts and were spread evenly"
+        "time: '{column}' repeats {value} stamps with new numbers; these samples were spread evenly"
     ),
     ("t.stamps", "arrival"): (
         "time: '{column}' holds times of arrival, {jitter_ms:.3g} ms rms about the clock of a sensor that samples "

@@ -340,12 +340,11 @@ def _title(entry: object) -> str:
 
 def _object_tables(objects: Sequence[JsonObject], name: str, source: str) -> Iterator[ArrayTable]:
     """One table for each kind of object, or one for all."""
-    objects = [sample for item in objects for sample in _samples(item)]
-    key = next((k for k in objects[0] if k.lower() in _KIND_KEYS and isinstance(objects[0][k], str)), None)
+    flat = [_flatten_object(sample, "") for item in objects for sample in _samples(item)]
+    key = next((k for k, value in flat[0].items() if k.lower() in _KIND_KEYS and isinstance(value, str)), None)
     groups: dict[str, list[JsonObject]] = {}
-    for item in objects:
-        kind = str(item.get(key, "")) if key else name
-        groups.setdefault(kind, []).append(_flatten_object(item, ""))
+    for item in flat:
+        groups.setdefault(str(item.get(key, "")) if key else name, []).append(item)
     for kind, rows in groups.items():
         if len(rows) >= _MIN_SAMPLES:
             table = _row_table(rows, key, kind, source)

@@ -17,6 +17,7 @@ from levelhead.sources.interpret.clock_choice import (
     CounterError,
     beside_clock,
     choose,
+    guess_tick,
     join_seconds,
     restore,
     seconds,
@@ -153,7 +154,7 @@ def _candidate(table: Table, position: int, hints: Hints, stamps: Column) -> Can
     name = table.names[position]
     unit = table.column_units.get(position) or table.units.get("t")
     if unit is None and "t" not in hints.scale:
-        unit = unit_in(name, "t", table.source)
+        unit = guess_tick(stamps) if name == "SampleTimeFine" else unit_in(name, "t", table.source)
     return Candidate(name, stamps, hints.scale.get("t") or unit, (position,))
 
 

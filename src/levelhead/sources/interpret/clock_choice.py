@@ -75,13 +75,13 @@ class CounterError(NeedsHints):
 def join_seconds(candidates: Sequence[Candidate]) -> list[Candidate]:
     """The candidates, a column of whole seconds and the one of nanoseconds behind it (stamp.sec, stamp.nanosec) as one.
 
-    Either alone would be a wrong clock: one repeats, the other begins again every second.
+    Either alone would be a wrong clock: one repeats, the other begins again every second. Seconds may lack a unit.
     """
     found: list[Candidate] = []
     for one in candidates:
         before = found[-1] if found else None
         fraction = _fraction(one)
-        if before is not None and fraction and _factor(before) == 1.0 and _whole(before.stamps):
+        if before is not None and fraction and _factor(before) in (None, 1.0) and _ticks_with(before, one):
             rule = ClockRule((before.name, one.name), fraction=fraction)
             joined = rule.stamps([before.stamps, one.stamps])
             found[-1] = Candidate(rule.name, joined, "ns", before.positions + one.positions, fraction)
@@ -103,6 +103,16 @@ def _fraction(one: Candidate) -> float | None:
     if factor not in (1e-9, 1e-6) or not _whole(one.stamps) or len(one.stamps) < 3:
         return None
     return factor if one.stamps.min() >= 0 and one.stamps.max() * factor < 1.0 else None
+
+
+def _ticks_with(seconds: Candidate, rest: Candidate) -> bool:
+    """Whether whole numbers step on where the rest of a second begins again, and only there."""
+    if not _whole(seconds.stamps):
+        return False
+    if seconds.declared is not None:
+        return True
+    began, stepped = rest.stamps[1:] < rest.stamps[:-1], seconds.stamps[1:] > seconds.stamps[:-1]
+    return bool(began.any()) and bool((began == stepped).all())
 
 
 def _whole(stamps: Column) -> bool:
@@ -362,6 +372,11 @@ def guess_unit(stamps: Column) -> str:
         if _EPOCH[0] < first * factor < _EPOCH[1] and 1e-5 < step * factor < 10.0:
             return unit
     return next((unit for unit, limit in _SLOWEST_MEDIAN.items() if step < limit), "ns")
+
+
+def guess_tick(stamps: Column) -> str:
+    """The unit of Xsens' SampleTimeFine: 100 µs of an MTi, 1 µs of a DOT, which gives 4 Hz or more."""
+    return "100us" if _interval(stamps) < 1e4 * _SLOWEST_MEDIAN["s"] else "us"
 
 
 def _interval(stamps: Column) -> float:

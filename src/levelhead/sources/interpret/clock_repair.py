@@ -72,6 +72,9 @@ def repair_stamps(stamps: Column, values: Array | None, session: int | None = No
             rows, chosen = _session(stamps, session)
             stamps, values = stamps[rows], None if values is None else values[rows]
             found.append(chosen)
+    if values is not None and (marks := _marks(stamps, values)).any():
+        rows, stamps, values = rows[~marks], stamps[~marks], values[~marks]
+        found.append(Conclusion("t.rows", "marks", int(marks.sum()), Basis.NUMBERS))
     equal = np.flatnonzero(np.diff(stamps) == 0) + 1
     bursts = first_of_bursts(stamps)
     if bursts is not None:
@@ -88,6 +91,15 @@ def repair_stamps(stamps: Column, values: Array | None, session: int | None = No
             stamps = _spread_groups(stamps)
             found.append(Conclusion("t.stamps", "equal", len(equal), Basis.NUMBERS))
     return Repair(stamps, None if len(rows) == len(steps) + 1 else rows, found)
+
+
+def _marks(stamps: Column, values: Array) -> NDArray[np.bool_]:
+    """(n,) whether a row holds no reading and shares its stamp with another: a mark of an event, not a sample."""
+    equal = stamps[1:] == stamps[:-1]
+    shared = np.concatenate([equal, [False]]) | np.concatenate([[False], equal])
+    marks = np.zeros(len(stamps), bool)
+    marks[shared] = np.isnan(values[shared]).all(axis=1)
+    return marks
 
 
 def _count_on(stamps: Column) -> tuple[Column, float]:
@@ -251,13 +263,14 @@ def _spread_groups(stamps: Column) -> Column:
     if len(begin) < 3:
         return _sum(first, offsets + 1e-6 * np.arange(len(offsets)))
     step = float(np.median(np.diff(group)))
+    rare = len(begin) > (1.0 - _MIXED) * len(offsets)  # most samples have a stamp of their own, which stays
     edges = np.concatenate([[0], np.flatnonzero(np.diff(group) > _GAP * step) + 1, [len(begin)]])
     spread = np.empty(len(offsets))
     last = -np.inf
     for a, b in pairwise(edges.tolist()):
         end = begin[b] if b < len(begin) else len(offsets)
         rows = np.arange(begin[a], end)
-        if b - a >= 3:
+        if b - a >= 3 and not rare:
             slope, start = np.polyfit(begin[a:b], group[a:b], 1)
             line = start + slope * rows
             off = np.abs(line[begin[a:b] - begin[a]] - group[a:b]).max()

@@ -16,6 +16,7 @@ from levelhead.sources.hints import MEANING, Hints, NeedsHints, Scale, SuggestsC
 from levelhead.sources.interpret.accelerometer import lacks_gravity
 from levelhead.sources.interpret.clock_choice import Candidate, beside_clock, choose, join_seconds, seconds, with_ticks
 from levelhead.sources.interpret.roles import missing_sensor, plain_name
+from levelhead.sources.interpret.suggestion import suggest
 from levelhead.sources.join.division import divide
 from levelhead.sources.join.windows import unroll
 from levelhead.sources.names.column_groups import (
@@ -235,8 +236,16 @@ def _sensors_by_role(source: str, tables: Sequence[Table]) -> dict[str, list[Sen
     for role in ("gyr", "acc"):
         if not groups[role]:
             names = ", ".join(dict.fromkeys(table.context or Path(table.source).name for table in tables))
-            raise missing_sensor(source, role, names, "one, with three axes")
+            raise _suggest_file(missing_sensor(source, role, names, "one, with three axes"), tables)
     return groups
+
+
+def _suggest_file(error: LevelheadError, tables: Sequence[Table]) -> LevelheadError:
+    """The error, or the proposal for the first file whose numbers look like both sensors."""
+    for table in tables:
+        if Path(table.source).is_file() and isinstance(found := suggest(error, table, Hints()), NeedsHints):
+            return NeedsHints(found.sentence, table.source, **found.suggested)
+    return error
 
 
 def _measured(sensors: Sequence[SensorColumns]) -> list[SensorColumns]:

@@ -29,6 +29,7 @@ _TOKENS = re.compile(r"[A-Z]+(?=[A-Z][a-z])|[A-Z]?[a-z]+\d*|[A-Z]+\d*|\d+|[^\W\d
 _REMARKS = {"raw", "cal", "calibrated", "uncal", "uncalibrated", "filtered", "left", "right", "front", "back", "body"}
 _REMARKS |= {"sensor", "counts", "count", "lsb", "adc", "digits", "ticks", "none", "local", "world", "earth", "device"}
 _REMARKS |= {"x", "y", "z", "imu", "avg", "mean", "int", "float", "double", "hex", "foot", "hand", "wrist", "hip"}
+_REMARKS |= {"utc", "gmt", "unix", "posix", "tai", "gps", "gpst"}  # scales of a clock
 _REMARKS |= {"relative", "normalized", "normalised", "a.u.", "au", "head", "chest", "thigh", "shank", "arm"}
 _NUMBERED = re.compile(r"([a-z]*?)([xyz])(\d+)")  # ax1, and the x1 of accX1
 _AXES = "xyzw"

@@ -27,20 +27,18 @@ _RADIANS = {"gyr": "rad/s"}
 VENDORS = (
     Vendor("Sensor Logger", (r"^seconds_elapsed$", r"^time$|^t \[ns\]$"), _RADIANS),
     Vendor("Core Motion", (r"rotationRate[XYZ.]|RotationRate[XYZ.]|rotation_rate_x", r"(?i)accel|gravity"), _RADIANS),
-    Vendor("Movella DOT", (r"^DeviceTag|\bDOT\b", r"^Gyr_X$"), {"gyr": "deg/s", "acc": "m/s²", "t": "us"}),
+    Vendor("Movella DOT", (r"^DeviceTag|\bDOT\b", r"^Gyr_X$"), {"gyr": "deg/s", "acc": "m/s²"}),
     Vendor(
         "Movella DOT",
         (r"^SampleTimeFine$", r"^(dq_W|Quat_W|Euler_X|Status)$", r"^Gyr_X$"),
-        {"gyr": "deg/s", "acc": "m/s²", "t": "us"},
+        {"gyr": "deg/s", "acc": "m/s²"},
     ),
-    Vendor(
-        "MAVLink", (r"^time_boot_ms$", r"^xgyro$", r"^xacc$"), {"gyr": "mrad/s", "acc": "mg", "mag": "mG", "t": "ms"}
-    ),
+    Vendor("MAVLink", (r"^time_boot_ms$", r"^xgyro$", r"^xacc$"), {"gyr": "mrad/s", "acc": "mg", "mag": "mG"}),
     Vendor("Xsens", (r"^(Packet)?Counter$", r"^Acc_X$", r"^Gyr_X$"), _RADIANS | {"acc": "m/s²"}),
     Vendor("ROS", (r"angular_velocity[._]x$", r"linear_acceleration[._]x$"), _RADIANS),
     Vendor("EuRoC", (r"^#?w_RS_S_x", r"^a_RS_S_x"), _RADIANS),
-    Vendor("ArduPilot", (r"^GyrX$", r"^AccX$", r"^TimeUS$"), _RADIANS | {"acc": "m/s²", "mag": "mG", "t": "us"}),
-    Vendor("Betaflight", (r"^loopIteration$", r"^gyroADC\[0\]|^gyroData\[0\]"), {"gyr": "deg/s", "t": "us"}),
+    Vendor("ArduPilot", (r"^GyrX$", r"^AccX$", r"^TimeUS$"), _RADIANS | {"acc": "m/s²", "mag": "mG"}),
+    Vendor("Betaflight", (r"^loopIteration$", r"^gyroADC\[0\]|^gyroData\[0\]"), {"gyr": "deg/s"}),
     Vendor("MATLAB Mobile", (r"^AngularVelocity[._]?X$|^AngularVelocity[._]1$", r"^Acceleration"), _RADIANS),
     Vendor("YEI 3-Space", (r"ChipTimeUS", r"RawGyroX"), _RADIANS),
     Vendor(

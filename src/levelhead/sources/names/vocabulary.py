@@ -21,6 +21,8 @@ WORDS = {
         "rotrate",
         "rotvel",
         "wrss",
+        "pqr",
+        "giro",
         *(
             "drehrate",
             "winkelgeschwindigkeit",

@@ -26,7 +26,7 @@ _MIN_LABELLED = (
     0.6  # share of the lines with numbers that must be labelled; beside them stand temperatures and greetings
 )
 _MIN_SHARE = 0.05  # of the samples that hold a name, below which it is not a column
-_MIN_NAMES = 6  # behind a first number that has no name
+_MIN_NAMED = 6  # numbers behind a first one that has no name
 _SAMPLE_LINES = 40
 _UNIT_BEFORE_AXIS = re.compile(r"\s*[(\[]([^()\[\]]*)[)\]]\s*:\s*(?=[xyzXYZ]$)")  # "Gyroscope (rad/s): X"
 _UNIT_OF_NAME = re.compile(r"(?<=\w)\s*[(\[]([^()\[\]]+)[)\]]\s*[:=]$")  # "Ax(g):"
@@ -87,7 +87,8 @@ def parse(line: str) -> dict[str, float]:
     unit, _ = _split(line[end:])
     if unit:
         labels[-1] = (*labels[-1][:2], unit)
-    if labels[0][0] == "" and len(labels[0][1]) == 1 and named >= _MIN_NAMES and named == len(labels) - 1:
+    behind = sum(len(numbers) for _, numbers, _ in labels[1:])
+    if labels[0][0] == "" and len(labels[0][1]) == 1 and behind >= _MIN_NAMED and named == len(labels) - 1:
         labels[0] = ("time", *labels[0][1:])  # the number of a row or its stamp comes first, without a name
         named += 1
     if named == 0 or named < len(labels):
