@@ -87,8 +87,9 @@ def parse(line: str) -> dict[str, float]:
     unit, _ = _split(line[end:])
     if unit:
         labels[-1] = (*labels[-1][:2], unit)
-    behind = sum(len(numbers) for _, numbers, _ in labels[1:])
-    if labels[0][0] == "" and len(labels[0][1]) == 1 and behind >= _MIN_NAMED and named == len(labels) - 1:
+    counts = [len(numbers) for _, numbers, _ in labels]
+    known = all(count in _COLUMNS for count in counts) and sum(counts[1:]) >= _MIN_NAMED
+    if labels[0][0] == "" and counts[0] == 1 and known and named == len(labels) - 1:
         labels[0] = ("time", *labels[0][1:])  # the number of a row or its stamp comes first, without a name
         named += 1
     if named == 0 or named < len(labels):
