@@ -1,6 +1,7 @@
 """Place and date from the log: satellite positions in its columns or topics, and stamps since 1970."""
 
 import datetime
+import struct
 from types import SimpleNamespace
 
 import numpy as np
@@ -131,6 +132,61 @@ def test_a_bag_s_fixes(tmp_path, rec):
                 fix = types["sensor_msgs/msg/NavSatFix"](head, status, *where, none, 0)
                 writer.write(to["/fix"], at, store.serialize_cdr(fix, kinds["/fix"]))
     assert place_of(lh.read(tmp_path / "bag")) == (*MUNICH, datetime.date(2026, 6, 1))
+
+
+FORMATS = {  # number: name, letters, struct's letters, columns, as ArduPilot 4.5 writes them
+    128: ("FMT", "BBnNZ", "BB4s16s64s", "Type,Length,Name,Format,Columns"),
+    130: ("IMU", "QBffffffIIfBBHH", "QB6fIIfBBHH", "TimeUS,I,GyrX,GyrY,GyrZ,AccX,AccY,AccZ,EG,EA,T,GH,AH,GHz,AHz"),
+    131: ("GPS", "QBBIHBcLLeffffB", "QBBIHBhiiiffffB",
+          "TimeUS,I,Status,GMS,GWk,NSats,HDop,Lat,Lng,Alt,Spd,GCrs,VZ,Yaw,U"),
+}  # fmt: skip
+
+
+def message(number, *values):
+    return struct.pack("<3B", 0xA3, 0x95, number) + struct.pack("<" + FORMATS[number][2], *values)
+
+
+def write_dataflash(path, rec, fixes):
+    """An ArduPilot log: IMU messages, and a GPS message for each 50 of them as long as there are fixes."""
+    words = [
+        message(128, number, 3 + struct.calcsize("<" + layout), name.encode(), letters.encode(), columns.encode())
+        for number, (name, letters, layout, columns) in FORMATS.items()
+    ]
+    for i in range(len(rec)):
+        us = round(1e6 * rec.t[i])
+        words.append(message(130, us, 0, *rec.gyr[i], *rec.acc[i], 0, 0, 40.0, 1, 1, 1000, 1000))
+        if i % 50 == 0 and i // 50 < len(fixes):
+            status, ms, week, lat, lng, alt = fixes[i // 50]
+            place = round(lat * 1e7), round(lng * 1e7), round(alt * 100)
+            words.append(message(131, us, 0, status, ms, week, 9, 90, *place, 0.0, 0.0, 0.0, 0.0, 1))
+    path.write_bytes(b"".join(words))
+    return path
+
+
+def test_an_ardupilot_log_s_receiver(tmp_path, rec):
+    """2026-06-01 00:00 UTC is 86,418 s into GPS week 2421: GPS time is 18 s ahead. The first message has no fix."""
+    mavutil = pytest.importorskip("pymavlink.mavutil")
+    fixes = [(1, 0, 0, 0.0, 0.0, 0.0), *[(3, 86_418_000 + 1000 * k, 2421, *MUNICH) for k in range(5)]]
+    path = write_dataflash(tmp_path / "flight.bin", rec, fixes)
+    theirs = mavutil.mavlink_connection(str(path))
+    read = [theirs.recv_match(type="GPS") for _ in fixes][-1]
+    assert (read.Lat, read.Lng, read.Alt) == pytest.approx(MUNICH)
+    assert place_of(lh.read(path)) == (*MUNICH, datetime.date(2026, 6, 1))
+    assert place_of(lh.read(write_dataflash(path, rec, fixes[:1]))) is None
+
+
+def test_a_folder_of_kitti(tmp_path, rec):
+    """30 numbers a sample by dataformat.txt: latitude, longitude and altitude first, 11 to 13 force, 17 to 19 rate."""
+    (tmp_path / "oxts" / "data").mkdir(parents=True)
+    stamps = []
+    for i in range(200):
+        row = np.zeros(30)
+        row[:3], row[11:14], row[17:20] = MUNICH, rec.acc[i], rec.gyr[i]
+        (tmp_path / "oxts" / "data" / f"{i:010d}.txt").write_text(" ".join(f"{x:.9f}" for x in row) + "\n")
+        at = datetime.datetime.fromtimestamp(DAY, datetime.UTC) + datetime.timedelta(seconds=float(rec.t[i]))
+        stamps.append(f"{at:%Y-%m-%d %H:%M:%S.%f}000\n")
+    (tmp_path / "oxts" / "timestamps.txt").write_text("".join(stamps))
+    assert place_of(lh.read(tmp_path / "oxts")) == (*MUNICH, datetime.date(2026, 6, 1))
 
 
 @pytest.mark.parametrize("name, place, day", [
