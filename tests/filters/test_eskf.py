@@ -119,14 +119,13 @@ def test_the_rows_of_the_field_are_its_derivatives(monkeypatch):
     seen = []
     base = through_a_block(params, moved(state, 0, 0.0), readings)
 
-    def update_bounded(m, n, first, innovation, noise, bound):
-        seen.append((first, list(m[at.H : at.H + at.N])))
+    def update_partial(m, n, share, innovation, noise, bound):
+        seen.append((share, list(m[at.H : at.H + at.N])))
         m[at.H : at.H + at.N] = [0.0] * at.N
         return 0.0
 
-    monkeypatch.setattr(measurements, "update_bounded", update_bounded)
+    monkeypatch.setattr(measurements, "update_partial", update_partial)
     measurements.update_field(params, base.memory, False, at.ROW)
-    assert [first for first, _ in seen] == [at.HEADING] * 3, "a magnetometer never tilts the horizon"
     small = 1e-6
     for index in (at.ATTITUDE, at.ATTITUDE + 1, at.HEADING, *range(at.MAG_OFFSET, at.MAG_DELAY + 1)):
         change = (field(moved(state, index, small)) - field(moved(state, index, -small))) / (2 * small)
@@ -137,18 +136,22 @@ def test_the_rows_of_the_field_are_its_derivatives(monkeypatch):
         assert [row[index + axis] for _, row in seen] == [-1.0 if k == axis else 0.0 for k in range(3)]
 
 
-@pytest.mark.parametrize("first", [0, at.HEADING])
-def test_a_measurement_is_schmidts(first):
+@pytest.mark.parametrize("share", [None, 0.0, 0.3, 1.0])
+def test_a_measurement_is_josephs_form_with_the_gains_that_are_left(share):
     rng = np.random.default_rng(5)
     _, state = prepared(rng)
     m = list(state.memory)
     p = square(m)
     h, x = rng.normal(size=at.N), rng.normal(size=at.N)
     m[at.H : at.H + at.N], m[at.X : at.X + at.N] = h.tolist(), x.tolist()
-    explained = covariance.update_scalar(m, at.ROW, first, 0.3, 0.02)
-    s = h @ p @ h + 0.02
-    gain = p @ h / s
-    gain[:first] = 0.0
+    if share is None:
+        explained = covariance.update_scalar(m, at.ROW, 0.3, 0.02)
+    else:
+        explained = covariance.update_partial(m, at.ROW, share, 0.3, 0.02, 1e9)
+    gain = p @ h / (h @ p @ h + 0.02)
+    if share is not None:
+        gain[: at.HEADING] = 0.0  # a magnetometer never tilts the horizon
+        gain[at.HEADING : at.FIELD] *= share
     joseph = (np.eye(at.N) - np.outer(gain, h)) @ p @ (np.eye(at.N) - np.outer(gain, h)).T + 0.02 * np.outer(gain, gain)
     after = square(m)
     np.testing.assert_allclose(after, joseph, atol=1e-12)
@@ -156,6 +159,29 @@ def test_a_measurement_is_schmidts(first):
     np.testing.assert_allclose(m[at.X : at.X + at.N], x + gain * (0.3 - h @ x), rtol=1e-9)
     assert explained == pytest.approx(h @ p @ h)
     assert not any(m[at.H : at.H + at.N])
+
+
+def test_the_share_falls_with_the_variance_of_the_level_part_of_the_offset():
+    rng = np.random.default_rng(7)
+    params, state = prepared(rng)
+    m = through_a_block(params, state, readings_of(rng)).memory
+    turn = np.array(m[at.SUM_R : at.SUM_R + 9]).reshape(3, 3) / m[at.MAG_COUNT]
+    offset = slice(at.MAG_OFFSET, at.MAG_OFFSET + 3)
+    level = np.diag(turn @ square(m)[offset, offset] @ turn.T)[:2].mean()
+    for size in (0.1, 1.0, 10.0):
+        expected = 1.0 / (1.0 + (16.0 * level / size**2) ** 2)
+        assert measurements.known_share(m, size**2, 1.0 / m[at.MAG_COUNT]) == pytest.approx(expected)
+
+
+def test_a_heading_about_a_wrong_vertical_has_the_variance_of_the_order_of_level_rotations():
+    rng = np.random.default_rng(8)
+    for sigma_x, sigma_y in ((0.05, 0.05), (0.02, 0.2)):
+        x, y = sigma_x * rng.normal(size=20_000), sigma_y * rng.normal(size=20_000)
+        zero = np.zeros_like(x)
+        first = Rotation.from_rotvec(np.column_stack([x, zero, zero]))
+        second = Rotation.from_rotvec(np.column_stack([zero, y, zero]))
+        apart = (first * second * (second * first).inv()).as_rotvec()[:, 2]
+        assert apart.var() == pytest.approx(sigma_x**2 * sigma_y**2, rel=0.1)
 
 
 def test_prediction_is_the_dense_product():
@@ -223,9 +249,12 @@ def test_nothing_but_a_magnetometer_tells_of_heading(motion):
     perfect = lh.ESKF(bias_start=0.0, bias_uncalibrated=0.0, bias_walk=0.0, scale_start=0.0, scale_walk=0.0)
     track = lh.fuse(recording, perfect)
     rate = recording.gyr - (0.5 - GROUP_DELAY / 0.01) * np.diff(recording.gyr, axis=0, prepend=recording.gyr[:1])
-    half_turn = 0.01 / 12.0**0.5 * track.as_rotation().apply(rate - track.bias)[:, 2]
-    sigma = np.sqrt(track.sigma[1:, 2] ** 2 - half_turn[1:] ** 2)  # without the time of a reading, eq. 36
+    half_turn = 0.01 / 12.0**0.5 * track.as_rotation().apply(rate - track.bias)
+    x, y, z = (track.sigma[1:] ** 2 - half_turn[1:] ** 2).T  # without the time of a reading, eq. 36
+    sigma = np.sqrt(z - x * y)  # and without the wrong vertical, eq. 39
     assert sigma[-1] > 2.0 * sigma[1000]
+    sigma = sigma[: int((track.sigma[1:, 2] < 1.8).argmin() or len(sigma))]  # until heading is as good as unknown
+    assert len(sigma) > 2000
     assert (np.diff(sigma) > -1e-5 * sigma[:-1]).all()
 
 

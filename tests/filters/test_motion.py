@@ -337,8 +337,9 @@ def test_half_a_turn_is_part_of_sigma():
     state = step(params, init(params, ZERO, Vec3(0.0, 0.0, 9.81), ZERO), Vec3(0.3, -0.8, 2.0), ZERO, ZERO, 0.04)
     m = state.memory
     turn = quat.rotate(state.quat, Vec3(0.3, -0.8, 2.0))
-    for i, place in enumerate((at.ATTITUDE, at.ATTITUDE + 1, at.HEADING)):
-        expected = np.sqrt(state_variance(m, place) + (0.04 * turn[i]) ** 2 / 12.0)
+    x, y = (state_variance(m, at.ATTITUDE + i) for i in range(2))
+    for i, variance in enumerate((x, y, state_variance(m, at.HEADING) + x * y)):  # eq. 39
+        expected = np.sqrt(variance + (0.04 * turn[i]) ** 2 / 12.0)
         assert output(params, state).sigma[i] == pytest.approx(expected, rel=1e-12)
 
 
@@ -348,6 +349,7 @@ def test_sigma_of_heading_is_that_of_a_bias_as_large_as_the_widest():
     state = init(lh.ESKF(), ZERO, Vec3(0.0, 0.0, 9.81), ZERO)
     m = state.memory
     first = at.PRIOR_VARIANCE + at.GYR_BIAS
+    m[at.P + at.ATTITUDE * at.ROW + at.ATTITUDE] = 0.0  # the vertical is known, eq. 39
 
     def heading_and_bias(prior):
         bias = 1.0 / (1.0 / prior + 1.0 / measured)

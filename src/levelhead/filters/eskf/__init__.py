@@ -54,15 +54,15 @@ The estimates of the sensor's errors are ``Track.calibration``, and can be the n
 | ``params`` | the parameters |
 | ``preintegration`` | (2), (3), (4), and the integrals of (7), (15) and (16) over a block |
 | ``predict`` | F (7), Q (8) to (12), (26) and (27), gaps |
-| ``covariance`` | P ← F P Fᵀ + Q, scalar measurements (13), independent states |
-| ``measurements`` | (14) to (17), and (20) |
+| ``covariance`` | P ← F P Fᵀ + Q, scalar measurements (13), (40), independent states |
+| ``measurements`` | (14) to (17), (20) and (41) |
 | ``adaptation`` | D (21), variance of u (12), turns (26), walk of b (27), priors (22) to (24), field (33), (34) |
 | ``aiding`` | position, velocity, height and standing still beside the IMU |
 | ``coarse_heading`` | heading from the velocity of a receiver (30), (31) |
 | ``reinitialise`` | large errors of tilt (38) and heading |
 | ``north`` | north (18), and the turn of the orientation to it (35) |
 | ``calibration`` | the estimates as plain numbers, and a prior |
-| ``sigma`` | σ: from P, and beyond it (36), (37) |
+| ``sigma`` | σ: from P, and beyond it (36), (37), (39) |
 | ``filter`` | the order of all this, sample by sample |
 | ``rts`` | the smoother: what the forward run keeps, and the step back (28), (29) |
 | ``rts_aided`` | the same with position, velocity and height (32) |

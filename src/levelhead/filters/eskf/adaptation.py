@@ -284,7 +284,7 @@ def narrow_prior(params: ESKF, m: Floats, n: int) -> None:
             if WIDER * new < old:
                 m[at.PRIOR_VARIANCE + i] = new
                 m[at.H + i] = 1.0
-                update_scalar(m, n, 0, -m[at.MEAN + i], old * new / (old - new))
+                update_scalar(m, n, -m[at.MEAN + i], old * new / (old - new))
 
 
 @noinline

@@ -216,7 +216,7 @@ def update(m: Floats, n: int) -> bool:
                 m[at.H + at.BARO_OFFSET] = 1.0
             else:
                 m[at.H + at.POSITION + row] = 1.0
-            update_scalar(m, n, 0, m[at.SUM_INNOVATION + row] / m[at.SUM_WEIGHT + row], 1.0 / m[at.SUM_WEIGHT + row])
+            update_scalar(m, n, m[at.SUM_INNOVATION + row] / m[at.SUM_WEIGHT + row], 1.0 / m[at.SUM_WEIGHT + row])
         m[at.SUM_INNOVATION + row] = 0.0
         m[at.SUM_WEIGHT + row] = 0.0
         if m[at.AID_REJECTED + row] > 0.0:

@@ -7,23 +7,23 @@ section 7.4; eq. 13). With a row h, variance r and innovation y of the state as 
     s = h P hᵀ + r,   u = P hᵀ/√s
     x ← x + u (y − h x)/√s,   P ← P − u uᵀ
 
-u_i u_j is u_j u_i to the last bit, so that P stays symmetric by itself. States before ``first`` are only considered
-(S. F. Schmidt, Application of State-Space Methods to Navigation Problems, 1966): their gain is zero, and with
-k = u/√s elsewhere
+u_i u_j is u_j u_i to the last bit, so that P stays symmetric by itself. A magnetometer only considers the states before
+HEADING (S. F. Schmidt, Application of State-Space Methods to Navigation Problems, 1966): their gain is zero. Those from
+there up to FIELD take the share β of theirs (K. M. Brink, Partial-Update Schmidt–Kalman Filter, Journal of Guidance,
+Control, and Dynamics 40(9), 2017). With β_i = 0, β and 1 for the three
 
-    P ← P − k (P hᵀ)ᵀ − (P hᵀ) kᵀ + s k kᵀ
-
-is the same but for the block of P that belongs to them alone, which stays.
+    x_i ← x_i + β_i u_i (y − h x)/√s,   P_ij ← P_ij − (1 − (1 − β_i)(1 − β_j)) u_i u_j                           (40)
 """
 
 from math import sqrt
+from typing import NamedTuple
 
 from levelhead.compiler.mark import instance, kernel, noinline
 from levelhead.filters.eskf import state as at
 from levelhead.kernels.arrays import Floats, add_scaled, copy
 from levelhead.kernels.vec3 import Vec3
 
-UNBOUNDED = 1e9  # σ
+PARTIAL = at.FIELD - at.HEADING  # states of which a magnetometer takes a share
 
 
 @kernel
@@ -187,37 +187,72 @@ def rotate_velocity_error(m: Floats, p: int, n: int, x: float, y: float) -> None
     m[north + at.VELOCITY] = m[east + at.VELOCITY + 1]
 
 
+class Innovation(NamedTuple):
+    """Of a scalar measurement: its innovation less what x has explained already, and h P hᵀ."""
+
+    value: float
+    explained: float
+
+
 @kernel
-def update_scalar(m: Floats, n: int, first: int, innovation: float, noise: float) -> float:
-    """``update_bounded`` without a bound."""
-    return update_bounded(m, n, first, innovation, noise, UNBOUNDED)
-
-
-@noinline
-def update_bounded(m: Floats, n: int, first: int, innovation: float, noise: float, bound: float) -> float:
-    """One scalar measurement with row h, eq. 13; gains of states before ``first`` are zero; h is zero afterwards.
-
-    ``innovation`` is y and ``noise`` r, in the unit of the measurement. An innovation beyond ``bound`` σ makes r grow,
-    so that it has the influence of one of ``bound`` σ. Returns h P hᵀ.
-    """
+def innovate(m: Floats, n: int, innovation: float) -> Innovation:
+    """Puts P hᵀ into U; h is zero afterwards."""
     for i in range(n):
         m[at.U + i] = 0.0
     for j in range(n):
         if m[at.H + j] != 0.0:
             add_scaled(m, at.U, m[at.H + j], at.P + j * at.ROW, n)
-    s = noise
+    explained = 0.0
     for j in range(n):
-        s += m[at.H + j] * m[at.U + j]
+        explained += m[at.H + j] * m[at.U + j]
         innovation -= m[at.H + j] * m[at.X + j]
         m[at.H + j] = 0.0
-    explained = s - noise
-    s += s * max(0.0, abs(innovation) / sqrt(s) / bound - 1.0)
-    one = 1.0 / sqrt(s)
-    gain = innovation * one
+    return Innovation(innovation, explained)
+
+
+@noinline
+def update_scalar(m: Floats, n: int, innovation: float, noise: float) -> float:
+    """One scalar measurement with row h, eq. 13; h is zero afterwards. Returns h P hᵀ.
+
+    ``innovation`` is y and ``noise`` r, in the unit of the measurement.
+    """
+    y, explained = innovate(m, n, innovation)
+    one = 1.0 / sqrt(explained + noise)
     for i in range(n):
         m[at.U + i] = m[at.U + i] * one
-    add_scaled(m, at.X + first, gain, at.U + first, n - first)
+    add_scaled(m, at.X, y * one, at.U, n)
     for i in range(n):
-        start = first if i < first else 0
-        add_scaled(m, at.P + i * at.ROW + start, -m[at.U + i], at.U + start, n - start)
+        add_scaled(m, at.P + i * at.ROW, -m[at.U + i], at.U, n)
+    return explained
+
+
+@noinline
+def update_partial(m: Floats, n: int, share: float, innovation: float, noise: float, bound: float) -> float:
+    """``update_scalar`` of a magnetometer, eq. 40, with the share β of the states from HEADING up to FIELD.
+
+    An innovation beyond ``bound`` σ makes r grow, so that it has the influence of one of ``bound`` σ.
+    """
+    y, explained = innovate(m, n, innovation)
+    s = explained + noise
+    s += s * max(0.0, abs(y) / sqrt(s) / bound - 1.0)
+    one = 1.0 / sqrt(s)
+    for i in range(n):
+        m[at.U + i] = m[at.U + i] * one
+    root = sqrt(share * (2.0 - share))
+    for i in range(PARTIAL):
+        m[at.SHARE_OF_U + i] = m[at.U + at.HEADING + i] * share
+        m[at.ROOT_OF_U + i] = m[at.U + at.HEADING + i] * root
+    add_scaled(m, at.X + at.HEADING, y * one, at.SHARE_OF_U, PARTIAL)
+    add_scaled(m, at.X + at.FIELD, y * one, at.U + at.FIELD, n - at.FIELD)
+    for i in range(at.HEADING):
+        row = at.P + i * at.ROW
+        add_scaled(m, row + at.HEADING, -m[at.U + i], at.SHARE_OF_U, PARTIAL)
+        add_scaled(m, row + at.FIELD, -m[at.U + i], at.U + at.FIELD, n - at.FIELD)
+    for i in range(PARTIAL):
+        row = at.P + (at.HEADING + i) * at.ROW
+        add_scaled(m, row, -m[at.SHARE_OF_U + i], at.U, at.HEADING)
+        add_scaled(m, row + at.HEADING, -m[at.ROOT_OF_U + i], at.ROOT_OF_U, PARTIAL)
+        add_scaled(m, row + at.FIELD, -m[at.U + at.HEADING + i], at.U + at.FIELD, n - at.FIELD)
+    for i in range(at.FIELD, n):
+        add_scaled(m, at.P + i * at.ROW, -m[at.U + i], at.U, n)
     return explained

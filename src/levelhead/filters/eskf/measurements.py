@@ -1,4 +1,4 @@
-"""Measurement updates of ``ESKF`` at the end of a block: velocity, zero rate and magnetic field, eqs. 14 to 20."""
+"""Measurement updates of ``ESKF`` at the end of a block: velocity, zero rate and magnetic field, eqs. 14 to 20, 41."""
 
 from math import sqrt
 
@@ -11,7 +11,7 @@ from levelhead.filters.eskf.covariance import (
     rotate_velocity_error,
     set_independent,
     state_variance,
-    update_bounded,
+    update_partial,
     update_scalar,
     vector,
 )
@@ -32,6 +32,7 @@ RATE_BOUND = 3.0  # of a rate at rest, which may be the beginning of a motion,
 UNBOUNDED = 1e9
 FIELD_BOUND = 2.0  # and of a field
 GATE = 25.0  # σ²: a field beyond this,
+KNOWN_OFFSET = 0.25  # |H|, 1σ of the offset's level part with which a field corrects heading by half
 FAR = 0.25  # and this share of itself, is far off
 STOP_GATE = 9.0  # σ² within which a velocity may be zero
 STOP_ACC = 0.3  # m/s², the acceleration that tilt error and bias may pretend
@@ -91,7 +92,7 @@ def update_velocity(params: ESKF, m: Floats, resting: bool, n: int) -> None:
                     m[at.H + at.BODY_VELOCITY + k] = -m[at.INT_R + 3 * i + k] / m[at.BLOCK_TIME]
             s = state_variance(m, at.VELOCITY + i) + noise
             beyond = abs(y - m[at.X + at.VELOCITY + i]) / sqrt(s) / VELOCITY_BOUND - 1.0
-            update_scalar(m, n, 0, y, noise + s * max(0.0, beyond))
+            update_scalar(m, n, y, noise + s * max(0.0, beyond))
 
 
 @kernel
@@ -134,7 +135,7 @@ def update_zero_rate(m: Floats, n: int) -> None:
         y = measured - explained
         s2 = state_variance(m, at.GYR_BIAS + i) + noise
         beyond = abs(y - m[at.X + at.GYR_BIAS + i]) / sqrt(s2) / bound - 1.0
-        update_scalar(m, n, 0, y, noise + s2 * max(0.0, beyond) * REST_TIME * one)
+        update_scalar(m, n, y, noise + s2 * max(0.0, beyond) * REST_TIME * one)
 
 
 @kernel
@@ -144,11 +145,27 @@ def field_noise(params: ESKF, m: Floats, resting: bool) -> float:
     return density * (AT_REST if resting else 1.0) / m[at.BLOCK_TIME]
 
 
+@kernel
+def known_share(m: Floats, size2: float, one: float) -> float:
+    """β = 1/(1 + q²) with q = σ_o²/(|H|/4)², eq. 41, from |H|² and 1 over the number of the block's samples.
+
+    σ_o² is the variance of the offset's level part, the mean of east and north.
+    """
+    q = 0.0
+    for i in range(2):
+        a, b, c = scale(vector(m, at.SUM_R + 3 * i), one)
+        p = at.P + at.MAG_OFFSET * at.ROW + at.MAG_OFFSET
+        own = a * a * m[p] + b * b * m[p + at.ROW + 1] + c * c * m[p + 2 * at.ROW + 2]
+        q += 0.5 * own + a * b * m[p + 1] + a * c * m[p + 2] + b * c * m[p + at.ROW + 2]
+    q /= KNOWN_OFFSET * KNOWN_OFFSET * size2
+    return 1.0 / (1.0 + q * q)
+
+
 @noinline
 def update_field(params: ESKF, m: Floats, resting: bool, n: int) -> bool:
     """Measures the three components of the block's mean field, eq. 16; returns whether it is far off.
 
-    The influence of a single block is bounded.
+    The influence of a single block is bounded, and that on heading, gyroscope and body velocity is the share β.
     """
     one = 1.0 / m[at.MAG_COUNT]
     e = scale(vector(m, at.SUM_FIELD), one)
@@ -158,6 +175,7 @@ def update_field(params: ESKF, m: Floats, resting: bool, n: int) -> bool:
         set_independent(m, at.PLACE, 3, params.mag_place * norm(e))
     noise = field_noise(params, m, resting)
     size2 = field_scale(m)
+    share = known_share(m, size2, one)
     explained = 0.0
     far = False
     for i in range(3):
@@ -174,7 +192,7 @@ def update_field(params: ESKF, m: Floats, resting: bool, n: int) -> bool:
         m[at.H + at.PLACE + i] = -1.0
         set_sensor_columns(m, i, one)
         off = m[at.MEAN + at.FIELD + i] + m[at.MEAN + at.PLACE + i] - (x if i == 0 else (y if i == 1 else z))
-        own = update_bounded(m, n, at.HEADING, off, noise, FIELD_BOUND)
+        own = update_partial(m, n, share, off, noise, FIELD_BOUND)
         far = far or off * off > GATE * own + FAR * FAR * size2
         explained += own / 3.0
     adapt_field(params, m, e, explained, resting)

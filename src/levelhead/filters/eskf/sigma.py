@@ -10,6 +10,13 @@ measures the bias about the vertical. But that bias may be as large as that of t
 b_i that would follow, σ² of heading is larger by
 
     (P_zb/P_bb)² (1/(1/P_bb − 1/s² + 1/a²) − P_bb)   for each axis with s < a                                     (37)
+
+**A heading about a wrong vertical.** P is of first order. Rotations by θ_x and θ_y about level axes leave one of about
+θ_x θ_y about the vertical, which depends on their order. So σ² of heading is larger by
+
+    P_xx P_yy                                                                                                   (39)
+
+An unknown tilt makes an unknown heading; a tilt that is known to 3° adds 0.2°.
 """
 
 from math import sqrt
@@ -55,7 +62,7 @@ def attitude_sigma(m: Floats, p: int, of_north: float, prior: Vec3, turn: Vec3) 
     """
     v = p + at.ATTITUDE * (at.ROW + 1)
     east, north, up = turn
-    heading = m[v + 2 * (at.ROW + 1)] + of_north + bias_variance(m, p, prior)
+    heading = m[v + 2 * (at.ROW + 1)] + of_north + bias_variance(m, p, prior) + m[v] * m[v + at.ROW + 1]
     return Vec3(
         angle_sigma(m[v] + east * east),
         angle_sigma(m[v + at.ROW + 1] + north * north),

@@ -64,10 +64,11 @@ def states(
     return first
 
 
-# The states. Those before HEADING are the horizon and what depends on it: a magnetometer only considers them. Velocity
-# and attitude are driven by others. Those that always exist come first, those of aiding last, so that the first n
-# leave out what does not exist. The σ of a bias from one switching-on to the next is a choice in the range of the
-# zero-rate and zero-g repeatability of consumer chips, which their data sheets do not give.
+# The states. Those before HEADING are the horizon and what depends on it: a magnetometer only considers them. It takes
+# a share of those from there up to FIELD, as far as its offset is known. Velocity and attitude are driven by others.
+# Those that always exist come first, those of aiding last, so that the first n leave out what does not exist. The σ of
+# a bias from one switching-on to the next is a choice in the range of the zero-rate and zero-g repeatability of
+# consumer chips, which their data sheets do not give.
 ACC_BIAS = states("acc_bias", (3,), "m/s²", "accelerometer bias c", ALWAYS, calibration=True, prior=True, turn_on=0.02)
 VELOCITY = states("velocity", (3,), "m/s", "velocity v, earth frame", ALWAYS)
 ATTITUDE = states("attitude", (2,), "rad", "attitude error θ about east and north", ALWAYS)
@@ -199,6 +200,8 @@ MEAN = place(ROW, "", "mean of what is additive")
 X = place(ROW, "", "correction of the mean in this block of samples")
 H = place(ROW, "", "row of a measurement")
 U = place(ROW, "", "P hᵀ/√s")
+SHARE_OF_U = place(FIELD - HEADING, "", "β of it, of the states from HEADING up to FIELD, eq. 40")
+ROOT_OF_U = place(FIELD - HEADING, "", "√(β (2 − β)) of it")
 F = place(DRIVEN * ROW, "", "F − 1 of the driven states")
 W = place(DRIVEN * ROW, "", "F P of the driven states")
 PRIOR_MEAN = place(N, "", "means of an earlier run, in the units of a Calibration")
