@@ -139,3 +139,17 @@ def test_ticks_beside_seconds_are_no_clock(tmp_path: Path, hand: Recording) -> N
     read = lh.read(tmp_path / "FLY001.csv")
     check(read, hand)
     assert read.rate == pytest.approx(hand.rate, rel=1e-3)
+
+
+def test_a_minus_before_a_name_is_asked_about(tmp_path: Path, hand: Recording) -> None:
+    """Numbers under "-gy" may be of the reversed axis: neither answer is taken in silence; a hint takes them as is."""
+    path = tmp_path / "minus.csv"
+    rows = np.column_stack([hand.t, hand.acc * [1, -1, 1], hand.gyr * [1, -1, 1]])
+    np.savetxt(path, rows, delimiter=",", comments="", header="time,ax,-ay,az,gx,-gy,gz")
+    with pytest.raises(lh.LevelheadError, match="'-gy' begins with a minus.*--map gyr=gx,-gy,gz --map acc=ax,-ay,az"):
+        lh.read(path)
+    read = lh.read(path, map={"gyr": ["gx", "-gy", "gz"], "acc": ["ax", "-ay", "az"]})
+    np.testing.assert_allclose(read.acc, rows[:, 1:4], atol=1e-9)
+    bullets = tmp_path / "bullets.csv"
+    np.savetxt(bullets, rows[:, 1:], delimiter=",", comments="", header="- ax,- ay,- az,- gx,- gy,- gz")
+    np.testing.assert_allclose(lh.read(bullets, rate=100.0).acc, rows[:, 1:4], atol=1e-9)

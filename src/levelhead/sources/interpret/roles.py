@@ -22,6 +22,7 @@ from levelhead.sources.names.column_groups import (
 from levelhead.sources.names.column_name import Name, holds_gravity, split, understand, unit_in
 
 _USER = re.compile("user|linear", re.IGNORECASE)  # acceleration without the gravity beside it
+_MINUS = re.compile(r"\s*[-−]\s*[^\W\d]")  # before a name; "- 1" is none
 _SENSORS = ("gyr", "acc", "mag")
 _EXAMPLE = {"gyr": "gyr_x, gyr_y, gyr_z", "acc": "acc_x, acc_y, acc_z"}
 
@@ -84,6 +85,7 @@ def assign(
     if gravity and not groups.get("acc", True):
         groups["acc"] = user_acceleration(names, context, filled)
     chosen = _choose(groups, columns, sensor, known, source)
+    _refuse_negated(chosen, source)
     columns |= {role: group.positions for role, group in chosen.items()}
     columns |= {"gravity": gravity} if gravity and "acc" not in hints else {}
     columns |= _flags(known)
@@ -306,6 +308,18 @@ def _refuse_repeated(
             raise LevelheadError(
                 f"{source}: two columns are named {name.raw}; rename one of them ({MEANING.get(name.role, name.role)})"
             )
+
+
+def _refuse_negated(chosen: Mapping[str, ColumnGroup], source: str) -> None:
+    """Refuses columns some of which have a minus before their names ("-Gyro Y"): their numbers may be reversed."""
+    every = [name for group in chosen.values() for name in group.names]
+    negated = [name for name in every if _MINUS.match(name)]
+    if 0 < len(negated) < len(every):
+        raise NeedsHints(
+            f"{source}: '{negated[0].strip()}' begins with a minus, so its numbers may have the reversed sign; multiply "
+            "such columns by -1 and name them without the minus, or take the numbers as they are",
+            map={role: list(group.names) for role, group in chosen.items() if {*negated} & {*group.names}},
+        )
 
 
 def _incomplete(role: str, known: Sequence[Name], source: str) -> None:
