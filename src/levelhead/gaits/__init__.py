@@ -14,8 +14,9 @@ from levelhead.engine.smoothing import smooth
 from levelhead.errors import LevelheadError
 from levelhead.filters.parameters import FilterChoice
 from levelhead.gaits.live import GaitStream
-from levelhead.gaits.stance import LASTING, LEAST_RATE, LONGEST_SWING, Stance, find_stances
+from levelhead.gaits.stance import LEAST_RATE, LONGEST_SWING, Stance, find_stances
 from levelhead.gaits.strides import Strides, cut_strides, level_floor
+from levelhead.guard.stance import LASTING
 from levelhead.recording import Recording, ZeroVelocity
 from levelhead.track import Track
 

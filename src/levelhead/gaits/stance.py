@@ -11,7 +11,7 @@ both sides):
     a²/σ_a² + w²/σ_w² − a²/s_a² − w²/s_w² < 3 ln(s_a²/σ_a²) + 3 ln(s_w²/σ_w²)                                    (2)
 
 All four are found in turn with (2): those of standing from the stances between strides, as somebody who waits is
-quieter than a stance.
+quieter than a stance. ``guard.stance`` is the same sample by sample.
 """
 
 from typing import NamedTuple
@@ -20,21 +20,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from levelhead.atmosphere import Numbers
+from levelhead.guard.stance import ARM, LEAST, LONGEST, MOVING, SHORTEST, STANDING, WINDOW
 from levelhead.recording import Array, Recording
-from levelhead.units import DEGREE, GRAVITY
+from levelhead.units import GRAVITY
 
 LEAST_RATE = 50.0  # Hz: fewer samples do not show a stance
 LONGEST_SWING = 4.0  # s without a stance, after which position is off by metres
-WINDOW = 0.1  # s
-STANDING = (0.15, 6.0 * DEGREE)  # m/s² and rad/s, of a walker's foot at first
-LEAST = (0.01, 0.1 * DEGREE)  # of a stance without noise
-MOVING = (9.0, 150.0 * DEGREE)
 ROUNDS = 20
-LONGEST = 1.5  # s, of a stance between two strides
-SHORTEST = 0.06  # s
 SHORTEST_SWING = 0.15  # s: what is shorter is a tremor of the foot that stands
-ARM = 0.1  # m, by which the sensor is above the point about which a standing foot rolls
-LASTING = 0.1  # s for which the velocity by that rolling is alike
 
 
 class Stance(NamedTuple):
