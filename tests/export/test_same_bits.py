@@ -45,6 +45,13 @@ def test_hard_recordings(flt, compiler, level, guard):
         assert_same(lh.fuse(recording, flt.params(), guard=guard, engine="python"), program.fuse(recording))
 
 
+def test_the_field_of_a_place():
+    params, recording = lh.ESKF(field_strength=48.6, field_dip=64.0), hard_recording(True)
+    found = c_engine.built(ExportConfig(params)).fuse(recording)
+    assert_same(lh.fuse(recording, params, engine="python"), found)
+    assert np.any(found.quat != lh.fuse(recording, lh.ESKF()).quat)
+
+
 @AXIS
 @COMPILER
 def test_axis(flt, compiler, level):

@@ -100,13 +100,19 @@ class FuseOptions:
         return self.place is not None and self.field is None
 
     def at_place(self, recording: "Recording") -> "FuseOptions":
-        """The same with the field of the place by the log's satellite positions and clock, where these are needed.
+        """The same with the field of the place, as the prior of a filter that takes one of a magnetometer in µT.
 
         Raises:
-            LevelheadError: the log has no position or no date.
+            LevelheadError: the place or the date is that of the log, and it has none.
         """
-        if not self.needs_log:
-            return self
+        located = self._by_log(recording) if self.needs_log else self
+        with_known_field = filters.of(self.params).with_known_field
+        if located.field is None or with_known_field is None or recording.mag is None or "mag_unit" in recording.meta:
+            return located
+        return replace(located, params=with_known_field(located.params, located.field.strength, located.field.dip))
+
+    def _by_log(self, recording: "Recording") -> "FuseOptions":
+        """The same with the field by the log's satellite positions and clock, where these are needed."""
         from levelhead.magnetic_model import earth_field
         from levelhead.sources.place import date_of, place_of
 
@@ -178,8 +184,8 @@ class FuseArguments:
     keeps the heading of the filter and only prints north. A live node turns to north by 2 °/s at most."""
     place: Annotated[str | None, Parameter(metavar="LAT,LON[,ALT]|auto", allow_leading_hyphen=True)] = None
     """Place of the log in degrees and m, or auto: by the satellite positions in the log. The World Magnetic Model gives
-    the declination. Its strength and dip are printed beside those that were measured (needs the extra
-    levelhead[place])."""
+    the declination. Its strength and dip are printed beside those that were measured, and are the prior of ESKF's
+    field (--set field_sigma=0.15); needs the extra levelhead[place]."""
     date: Annotated[str | None, Parameter(metavar="YYYY-MM-DD")] = None
     """Date of the log, for --place; by default its clock's."""
     out: Annotated[Path, Parameter(name=["--out", "-o"], metavar="DIR")] = Path()

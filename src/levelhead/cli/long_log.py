@@ -95,6 +95,7 @@ def fuse_long_log(log: Path, options: FuseOptions) -> None:
         raise NeedsWholeLog(f"{log} is turned by what its start is like; it is read whole")
     learns = filters.of(options.params).calibration is not None
     chunks = read_chunks(log, adjust=keep_field_with_offset if learns else None, **options.reading.hints())
+    options = options.at_place(chunks.head)
     if options.declination is not None:
         require_north(chunks.head, options.params)
     sums = Sums()

@@ -131,4 +131,7 @@ def offline() -> ESKF:
 def title(params: Params) -> str:
     """The filter as pictures and summaries name it: with the parameters that differ from its defaults, if they are not
     those of ``offline``, which would fill three lines."""
-    return "ESKF, offline" if params == offline() else short_name(params)
+    if not isinstance(params, ESKF):
+        return short_name(params)
+    nowhere = params._replace(field_strength=0.0, field_dip=0.0)
+    return "ESKF, offline" if nowhere == offline() else short_name(params)

@@ -167,6 +167,7 @@ class Filter(NamedTuple):
     handles: frozenset[str] = frozenset()  # of "bias", "field": what it estimates itself, so that the guard does not
     axis: AxisFilter | None = None
     with_known_bias: KernelFunction | None = None  # (params, sigma) -> params: bias subtracted, 1σ left in rad/s
+    with_known_field: KernelFunction | None = None  # (params, µT, degrees) -> params: strength and dip of the place
     calibration: SelfCalibration | None = None
     smoothing: Smoothing | None = None
     aided_smoothing: AidedSmoothing | None = None

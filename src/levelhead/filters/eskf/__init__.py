@@ -59,6 +59,7 @@ The estimates of the sensor's errors are ``Track.calibration``, and can be the n
 | ``adaptation`` | D (21), variance of u (12), turns (26), walk of b (27), priors (22) to (24), field (33), (34) |
 | ``aiding`` | position, velocity, height and standing still beside the IMU |
 | ``coarse_heading`` | heading from the velocity of a receiver (30), (31) |
+| ``known_field`` | the field of the place as a prior of H (42), (43) |
 | ``reinitialise`` | large errors of tilt (38) and heading |
 | ``north`` | north (18), and the turn of the orientation to it (35) |
 | ``calibration`` | the estimates as plain numbers, and a prior |
@@ -85,7 +86,7 @@ from levelhead.filters.eskf.filter import (
     update_aiding,
     with_prior,
 )
-from levelhead.filters.eskf.params import ESKF, with_known_bias
+from levelhead.filters.eskf.params import ESKF, with_known_bias, with_known_field
 
 FILTER = Filter(
     name="ESKF",
@@ -121,6 +122,7 @@ FILTER = Filter(
     ),
     aided_smoothing=rts_aided.AIDED,
     with_known_bias=with_known_bias,
+    with_known_field=with_known_field,
 )
 
 __all__ = ["ESKF", "FILTER"]

@@ -29,6 +29,7 @@ from levelhead.filters.eskf.covariance import (
     state_variance,
     vector,
 )
+from levelhead.filters.eskf.known_field import set_known_field
 from levelhead.filters.eskf.measurements import (
     add_correction,
     average_rate,
@@ -110,6 +111,8 @@ def start_field(params: ESKF, m: Floats, mag: Vec3) -> float:
     field_norm = norm(mag)
     start_magnetic(params, m, field_norm)
     m[at.PLACE_VARIANCE] = params.mag_place * params.mag_place
+    if params.field_strength > 0.0:
+        set_known_field(params, m, field_norm)
     if params.north_rate > 0.0:
         m[at.NORTH_EXCESS] = UNIFORM * UNIFORM
     return field_norm

@@ -15,6 +15,7 @@ from levelhead.filters.eskf.covariance import (
     update_scalar,
     vector,
 )
+from levelhead.filters.eskf.known_field import update_known_field
 from levelhead.filters.eskf.params import ESKF
 from levelhead.kernels.arrays import Floats
 from levelhead.kernels.vec3 import dot, norm, scale, sub
@@ -196,6 +197,8 @@ def update_field(params: ESKF, m: Floats, resting: bool, n: int) -> bool:
         far = far or off * off > GATE * own + FAR * FAR * size2
         explained += own / 3.0
     adapt_field(params, m, e, explained, resting)
+    if params.field_strength > 0.0:
+        update_known_field(params, m, n)
     return far
 
 

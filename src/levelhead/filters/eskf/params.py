@@ -2,7 +2,7 @@
 
 from typing import Annotated, NamedTuple
 
-from levelhead.filters.parameters import nonnegative, parameters, positive
+from levelhead.filters.parameters import Param, nonnegative, parameters, positive
 from levelhead.units import DEGREE
 
 MILLI = 1e-3
@@ -42,6 +42,11 @@ class ESKF(NamedTuple):
     mag_offset: Annotated[float, nonnegative("", "1σ of the magnetometer's offset, relative", 1e-3, 3.0)] = 1.0
     offset_walk: Annotated[float, nonnegative("1/√s", "random walk of this offset", 1e-05, 0.05)] = 0.0005
     soft_iron: Annotated[float, nonnegative("", "1σ of the magnetometer's soft iron", 1e-3, 0.3)] = 0.03
+    field_strength: Annotated[float, nonnegative("µT", "strength of the earth's field at the place; 0: unknown")] = 0.0
+    field_dip: Annotated[float, Param("deg", "dip of this field, below the horizon", low=-90.0, high=90.0)] = 0.0
+    field_sigma: Annotated[
+        float, positive("", "1σ of a part of it by buildings and ground, share of the strength", 0.01, 0.5)
+    ] = 0.15
     mag_delay: Annotated[float, nonnegative("ms", "1σ of the magnetometer's delay", 1.0, 100.0)] = 15.0
     north_rate: Annotated[
         float, nonnegative("deg/s", "largest rate at which it turns to north; 0: never", 0.1, 100.0)
@@ -54,3 +59,8 @@ class ESKF(NamedTuple):
 def with_known_bias(params: ESKF, sigma: float) -> ESKF:
     """Parameters for a gyroscope whose bias was subtracted, to within 1σ of ``sigma`` rad/s."""
     return params._replace(bias_start=min(params.bias_start, sigma / DEGREE), bias_uncalibrated=0.0)
+
+
+def with_known_field(params: ESKF, strength: float, dip: float) -> ESKF:
+    """Parameters with the earth's field of the place as a prior: its strength in µT and its dip in degrees."""
+    return params._replace(field_strength=strength, field_dip=dip)

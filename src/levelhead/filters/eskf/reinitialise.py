@@ -24,6 +24,7 @@ from levelhead.filters.eskf.covariance import (
     state_variance,
     vector,
 )
+from levelhead.filters.eskf.known_field import forget_known_field
 from levelhead.filters.eskf.params import ESKF
 from levelhead.filters.eskf.predict import reset_velocity
 from levelhead.kernels import quat, tilt
@@ -151,6 +152,8 @@ def reinitialise_heading(params: ESKF, m: Floats, rotation: Quat) -> Quat:
     level2 = known.x * known.x + known.y * known.y
     if not aiding.has_direction(m) and state_variance(m, at.FIELD) + state_variance(m, at.FIELD + 1) > UNCLEAR * level2:
         set_independent(m, at.FIELD, 3, at.FIRST_FIELD)
+        if params.field_strength > 0.0:
+            forget_known_field(m)
         m[at.MEAN + at.FIELD], m[at.MEAN + at.FIELD + 1], m[at.MEAN + at.FIELD + 2] = field
         set_independent(m, at.HEADING, 1, MOST_FIRST_HEADING)
         return rotation
@@ -171,6 +174,8 @@ def start_north(params: ESKF, m: Floats, field: Vec3) -> None:
     set_independent(m, at.FIELD, 1, params.mag_place)
     set_independent(m, at.FIELD + 1, 2, at.FIRST_FIELD)
     set_independent(m, at.PLACE, 3, params.mag_place)
+    if params.field_strength > 0.0:
+        forget_known_field(m)
     for i in range(3):
         m[at.MEAN + at.PLACE + i] = 0.0
     m[at.MEAN + at.FIELD] = 0.0
