@@ -43,14 +43,14 @@ class Sums(NamedTuple):
     time: float
 
 
-class Noise(NamedTuple):
+class StanceNoise(NamedTuple):
     """Variances along each axis."""
 
     acc: float  # (m/s²)²
     gyr: float  # (rad/s)²
 
 
-class Stance(NamedTuple):
+class StanceState(NamedTuple):
     """What is known of a foot."""
 
     first: Sums  # the parts of the window
@@ -59,8 +59,8 @@ class Stance(NamedTuple):
     fourth: Sums
     fifth: Sums
     now: Sums
-    still: Noise
-    moving: Noise
+    still: StanceNoise
+    moving: StanceNoise
     stood: float  # s for which it stands; less than 0: there was no sample
     swung: float  # s since it stood for ``SHORTEST``
     begins: bool  # it has stood for ``SHORTEST`` with this sample, and not before
@@ -71,11 +71,11 @@ NOTHING = Sums(force=ZERO, force2=0.0, rate2=0.0, time=0.0)
 
 
 @kernel
-def begin_stance() -> Stance:
+def begin_stance() -> StanceState:
     """Before the first sample."""
-    still = Noise(STANDING[0] * STANDING[0], STANDING[1] * STANDING[1])
-    moving = Noise(MOVING[0] * MOVING[0], MOVING[1] * MOVING[1])
-    return Stance(
+    still = StanceNoise(STANDING[0] * STANDING[0], STANDING[1] * STANDING[1])
+    moving = StanceNoise(MOVING[0] * MOVING[0], MOVING[1] * MOVING[1])
+    return StanceState(
         NOTHING, NOTHING, NOTHING, NOTHING, NOTHING, NOTHING, still, moving, stood=-1.0, swung=0.0, begins=False,
         sigma=0.0,
     )  # fmt: skip
@@ -97,19 +97,19 @@ def log(x: float) -> float:
 
 
 @kernel
-def follow(before: Noise, now: Noise, share: float) -> Noise:
+def follow(before: StanceNoise, now: StanceNoise, share: float) -> StanceNoise:
     """A running mean of noises."""
-    return Noise(before.acc + share * (now.acc - before.acc), before.gyr + share * (now.gyr - before.gyr))
+    return StanceNoise(before.acc + share * (now.acc - before.acc), before.gyr + share * (now.gyr - before.gyr))
 
 
 @kernel
-def at_least(noise: Noise, least: Noise, factor: float) -> Noise:
+def at_least(noise: StanceNoise, least: StanceNoise, factor: float) -> StanceNoise:
     """Noises of at least so many times others."""
-    return Noise(max(factor * least.acc, noise.acc), max(factor * least.gyr, noise.gyr))
+    return StanceNoise(max(factor * least.acc, noise.acc), max(factor * least.gyr, noise.gyr))
 
 
 @kernel
-def step_stance(stance: Stance, gyr: Vec3, acc: Vec3, dt: float) -> Stance:
+def step_stance(stance: StanceState, gyr: Vec3, acc: Vec3, dt: float) -> StanceState:
     """A sample (rad/s, m/s², ``dt`` s); it stands where ``sigma`` is not 0. NaN: the foot moves until it has left."""
     dt = 0.0 if stance.stood < 0.0 else dt  # before the first sample nothing is known
     first, second, third, fourth, fifth, now = (
@@ -132,15 +132,15 @@ def step_stance(stance: Stance, gyr: Vec3, acc: Vec3, dt: float) -> Stance:
     begins = lasts and not has_elapsed(stance.stood, dt, SHORTEST)
     if whole:
         share = dt / (MEMORY + dt)
-        found = Noise(push / 3.0, turn / 3.0)
+        found = StanceNoise(push / 3.0, turn / 3.0)
         if not stands:
             moving = follow(moving, found, share)
         elif stood < LONGEST:  # who waits is quieter than a stance
             still = follow(still, found, share)
-        still = at_least(still, Noise(LEAST[0] * LEAST[0], LEAST[1] * LEAST[1]), 1.0)
+        still = at_least(still, StanceNoise(LEAST[0] * LEAST[0], LEAST[1] * LEAST[1]), 1.0)
         moving = at_least(moving, still, 4.0)
     sigma = ARM * sqrt(still.gyr * max(1.0, LASTING / max(dt, 1e-9))) if stands else 0.0
-    return Stance(
+    return StanceState(
         first, second, third, fourth, fifth, now, still, moving, stood=stood,
         swung=0.0 if lasts else stance.swung + dt, begins=begins, sigma=sigma,
     )  # fmt: skip

@@ -316,8 +316,8 @@ def _refuse_negated(chosen: Mapping[str, ColumnGroup], source: str) -> None:
     negated = [name for name in every if _MINUS.match(name)]
     if 0 < len(negated) < len(every):
         raise NeedsHints(
-            f"{source}: '{negated[0].strip()}' begins with a minus, so its numbers may have the reversed sign; multiply "
-            "such columns by -1 and name them without the minus, or take the numbers as they are",
+            f"{source}: '{negated[0].strip()}' begins with a minus, so its numbers may have the reversed sign; "
+            "multiply such columns by -1 and name them without the minus, or take the numbers as they are",
             map={role: list(group.names) for role, group in chosen.items() if {*negated} & {*group.names}},
         )
 
