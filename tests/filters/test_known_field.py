@@ -48,7 +48,8 @@ def test_north_of_a_robot_with_iron_is_known_sooner():
 def test_a_room_that_is_off_by_two_sigma_does_little_harm(style):
     """What the motion tells of the field counts more than the prior."""
     field = (0.0, 19.0 - 0.3 * STRENGTH, -45.0 + 0.3 * STRENGTH)
-    recording = simulate.observe(simulate.motion(3, 60.0, 100.0, style=style), simulate.imu("ICM-20948"), 3, field=field)
+    board = simulate.imu("ICM-20948")
+    recording = simulate.observe(simulate.motion(3, 60.0, 100.0, style=style), board, 3, field=field)
     for params in (lh.ESKF(), PLACE):
         found = lh.fuse(recording, params)
         assert abs(north_error(recording, params)[0]) < 3.0
