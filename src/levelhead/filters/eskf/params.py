@@ -42,8 +42,12 @@ class ESKF(NamedTuple):
     mag_offset: Annotated[float, nonnegative("", "1σ of the magnetometer's offset, relative", 1e-3, 3.0)] = 1.0
     offset_walk: Annotated[float, nonnegative("1/√s", "random walk of this offset", 1e-05, 0.05)] = 0.0005
     soft_iron: Annotated[float, nonnegative("", "1σ of the magnetometer's soft iron", 1e-3, 0.3)] = 0.03
-    field_strength: Annotated[float, nonnegative("µT", "strength of the earth's field at the place; 0: unknown")] = 0.0
-    field_dip: Annotated[float, Param("deg", "dip of this field, below the horizon", low=-90.0, high=90.0)] = 0.0
+    field_strength: Annotated[
+        float, nonnegative("µT", "strength of the earth's field at the place; 0: unknown", 22.0, 67.0)
+    ] = 0.0
+    field_dip: Annotated[
+        float, Param("deg", "dip of this field, below the horizon", -90.0, 90.0, sweep=(-90.0, 90.0))
+    ] = 0.0
     field_sigma: Annotated[
         float, positive("", "1σ of a part of it by buildings and ground, share of the strength", 0.01, 0.5)
     ] = 0.15
