@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from levelhead import simulate as simulate
     from levelhead.calibrate import calibrate_magnetometer as calibrate_magnetometer
     from levelhead.calibrate import calibrate_sensor as calibrate_sensor
+    from levelhead.calibrate import correct_magnetometer as correct_magnetometer
     from levelhead.calibration import Calibration as Calibration
     from levelhead.corpora.runner import corpus as corpus
     from levelhead.corpora.tune_corpus import tune_corpus as tune_corpus
@@ -92,7 +93,7 @@ __version__ = VERSION
 
 # Imported at first use: `import levelhead` costs nothing, and an unused part takes no time.
 _HOMES = {
-    "levelhead.calibrate": ("calibrate_magnetometer", "calibrate_sensor"),
+    "levelhead.calibrate": ("calibrate_magnetometer", "calibrate_sensor", "correct_magnetometer"),
     "levelhead.calibration": ("Calibration",),
     "levelhead.corpora.runner": ("corpus",),
     "levelhead.corpora.tune_corpus": ("tune_corpus",),

@@ -11,6 +11,7 @@ from levelhead.bench.reference import align_sensor
 from levelhead.calibrate.field_blocks import field_blocks
 from levelhead.calibrate.field_calibration import coverage
 from levelhead.calibrate.magnetometer import fit_field
+from levelhead.evaluate import evaluate
 from levelhead.rotations import from_rotvec, matrix, to_scipy
 from levelhead.signals.hard_iron import hard_iron
 
@@ -131,6 +132,18 @@ def with_reference(recording):
         patch.setattr(room, "smooth", lambda _: track)
         patch.setattr(room, "DRIFT", 1e-4)
         return fit_field(field_blocks([replace(recording, mag=np.where(known[:, None], recording.mag, np.nan))]))
+
+
+def test_a_first_pass_takes_the_iron_off():
+    """Mahony's heading is then by the field; a calibrated magnetometer, and none, stay the same object."""
+    recording, centre, _ = raw(4)
+    better = lh.correct_magnetometer(recording)
+    assert np.abs(recording.mag.mean(axis=0) - better.mag.mean(axis=0) - centre).max() < 0.25 * np.linalg.norm(centre)
+    assert better.meta["notes"][-1].startswith("raw magnetometer: offset")
+    before, after = (evaluate(one, lh.fuse(one, "Mahony")).total_aligned for one in (recording, better))
+    assert after < 0.5 * before
+    assert lh.correct_magnetometer(better) is better
+    assert lh.correct_magnetometer(blind := replace(recording, mag=None)) is blind
 
 
 @pytest.mark.parametrize("name", ["07_undisturbed_fast_rotation_B", "21_undisturbed_fast_combined"])

@@ -5,7 +5,12 @@
 >>> found.calibration.save("sensor.json")       # doctest: +SKIP
 """
 
-from levelhead.calibrate.field_calibration import FieldCalibration, calibrate_magnetometer, find_raw_magnetometer
+from levelhead.calibrate.field_calibration import (
+    FieldCalibration,
+    calibrate_magnetometer,
+    correct_magnetometer,
+    find_raw_magnetometer,
+)
 from levelhead.calibrate.pose_calibration import PoseCalibration, Residual
 from levelhead.calibrate.solve import calibrate_sensor
 
@@ -15,5 +20,6 @@ __all__ = [
     "Residual",
     "calibrate_magnetometer",
     "calibrate_sensor",
+    "correct_magnetometer",
     "find_raw_magnetometer",
 ]

@@ -1,7 +1,7 @@
 """A magnetometer's calibration from any motion: its numbers with σ, its gain, and the turn that is still missing."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -26,7 +26,8 @@ FOLDS, PARTS = 5, 20  # a fold leaves out every fifth of so many parts
 WEAK = 0.05  # share of the field: an offset whose σ is larger needs another turn
 NEAR_AXIS = 0.9  # cosine from which a direction is named by its axis
 MIN_OFFSET, MIN_SIGMAS = 0.08, 4.0  # share of the field, and σ, that an offset must exceed
-MIN_GAIN = 1.5  # ratio of the errors before and after
+MIN_GAIN = 2.0  # ratio of the errors before and after
+UNEVEN = 0.02  # share of their mean by which lengths of readings scatter; a field below it leaves no offset to find
 CELLS = 100  # of the sphere, of equal area
 
 
@@ -157,6 +158,38 @@ def find_raw_magnetometer(recording: Recording) -> FieldCalibration | None:
         MIN_OFFSET * found.strength, MIN_SIGMAS * float(np.linalg.norm(offset.sigma))
     )
     return found if clear and found.heading.ratio > MIN_GAIN else None
+
+
+def correct_magnetometer(recording: Recording) -> Recording:
+    """The recording without the errors of a raw magnetometer, for a filter that does not learn them itself.
+
+    A first pass over the recording finds them, as ``calibrate_magnetometer`` does. They are taken off only where the
+    offset is beyond doubt, and makes heading by the field better on stretches that it was not found from. A note in
+    ``meta["notes"]`` reports it.
+
+    Args:
+        recording: with gyroscope and accelerometer, and a magnetometer or none.
+
+    Returns:
+        A new recording; the given one where nothing is taken off.
+
+    Raises:
+        LevelheadError: SciPy is missing.
+    """
+    require("scipy", "calibration", "scipy")
+    if recording.mag is None or not _is_uneven(recording.mag):
+        return recording
+    found = find_raw_magnetometer(recording)
+    if found is None:
+        return recording
+    better, notes = found.calibration.apply(recording), recording.meta.get("notes", ())
+    return replace(better, meta={**better.meta, "notes": (*notes, found.note())})
+
+
+def _is_uneven(mag: Array) -> bool:
+    """Whether the lengths of readings differ by more than noise: a cheap test before a first pass."""
+    lengths = np.linalg.norm(mag[np.isfinite(mag).all(axis=1) & mag.any(axis=1)], axis=1)
+    return len(lengths) > 0 and bool(lengths.std() > UNEVEN * lengths.mean())
 
 
 def magnetic_parts(fit: FieldFit) -> dict[str, Quantity | None]:

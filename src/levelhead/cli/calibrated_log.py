@@ -1,6 +1,5 @@
 """Logs of a sensor whose errors ``levelhead calibrate`` has found, or is to find."""
 
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -62,37 +61,23 @@ def read_calibrated(reading: Reading, log: Path, calibration: Path | None) -> "R
     return known.apply(reading.read(log) if known.mag_offset is None else read_uncalibrated(reading, log))
 
 
-def read_without_iron(reading: Reading, log: Path, flt: "Filter") -> "Recording":
+def read_without_iron(reading: Reading, log: Path, flt: "Filter", first_pass: bool = True) -> "Recording":
     """The recording in a log, for a filter that follows its magnetometer.
 
     A filter that learns the magnetometer's errors takes it as it is. For another a raw magnetometer is calibrated by
-    a first pass over the log, and corrected; a note reports it. Without a gain the readings stay as they are.
+    a first pass over the log, and corrected; a note reports it. Without a gain, or without a first pass, the readings
+    stay as they are.
     """
     if flt.calibration is not None:
         return read_uncalibrated(reading, log)
     found = reading.read(log)
-    if "heading" not in flt.estimates:
+    if "heading" not in flt.estimates or not first_pass:
         return found
-    if found.mag is not None and not _has_iron(found):
-        return found
+    from levelhead.calibrate import correct_magnetometer
+
     recording = found if found.mag is not None else read_with_field(reading, log)
-    if recording.mag is None:
-        return found
-    from levelhead.calibrate import find_raw_magnetometer
-
-    raw = find_raw_magnetometer(recording)
-    if raw is None:
-        return found
-    better, notes = raw.calibration.apply(recording), recording.meta.get("notes", ())
-    return replace(better, meta={**better.meta, "notes": (*notes, raw.note())})
-
-
-def _has_iron(recording: "Recording") -> bool:
-    """Whether the sphere of the readings is off its middle: a cheap test before a first pass."""
-    from levelhead.signals.hard_iron import hard_iron
-
-    sphere = hard_iron(recording)
-    return sphere is not None and sphere.clear
+    better = correct_magnetometer(recording)
+    return found if better is recording else better
 
 
 def log_or_simulation(

@@ -257,7 +257,7 @@ def _read(log: Path, options: FuseOptions) -> "Recording":
         LevelheadError: as the reader, and for one of fewer than ``MIN_SAMPLES``.
     """
     if options.calibration is None:
-        recording = read_without_iron(options.reading, log, filters.of(options.params))
+        recording = read_without_iron(options.reading, log, filters.of(options.params), options.first_pass)
     else:
         recording = read_calibrated(options.reading, log, options.calibration)
     if len(recording) < MIN_SAMPLES:

@@ -54,6 +54,7 @@ class FuseOptions:
         prior: of the sensor.
         calibration: the file of the errors that are taken off the readings.
         save_calibration: the file for the calibration.
+        first_pass: calibrate a raw magnetometer before a filter that does not learn its errors.
         reading: hints for the reader.
         as_json: print JSON in place of a summary.
         verbose: print every note and number.
@@ -81,6 +82,7 @@ class FuseOptions:
     prior: "Calibration | None"
     calibration: Path | None
     save_calibration: Path | None
+    first_pass: bool
     reading: Reading
     as_json: bool
     verbose: bool
@@ -208,6 +210,9 @@ class FuseArguments:
     calibration: CalibrationFile = None
     save_calibration: Annotated[Path | None, Parameter(metavar="FILE")] = None
     """File for the calibration of the sensor from this run, with its 1σ, as JSON."""
+    first_pass: bool = True
+    """Find the offset of a raw magnetometer in the log before a filter that does not learn it, and take it off where
+    that makes heading better on parts not used. --no-first-pass leaves the readings as they are."""
     tuned: FromFile = None
     noise: Annotated[Path | None, Parameter(metavar="FILE")] = None
     """The sensor's noise, as written by `levelhead noise`: Q and R of an ESKF, EKF or Kalman. --set overrides it."""
@@ -270,6 +275,7 @@ class FuseArguments:
             prior=prior,
             calibration=calibration,
             save_calibration=self.save_calibration,
+            first_pass=self.first_pass,
             reading=self.reading,
             as_json=self.json,
             verbose=self.verbose,
