@@ -16,7 +16,7 @@ from levelhead.compiler.hooks import declare
 from levelhead.compiler.mark import kernel, noinline
 from levelhead.engine.conditioning import NO_SAMPLE, ConditionedSample, condition, sigma_due
 from levelhead.filters.contract import FilterState, Gains, NavState, Output
-from levelhead.filters.health import ACC_REJECTED, MAG_LEARNED
+from levelhead.filters.health import ACC_REJECTED, IRON_FOUND, MAG_LEARNED
 from levelhead.filters.observer_covariance import ObserverCovariance, initial_covariance, update_covariance
 from levelhead.filters.observer_covariance import sigma as observer_sigma
 from levelhead.filters.parameters import Params
@@ -29,7 +29,7 @@ from levelhead.kernels.quat import Quat, up
 from levelhead.kernels.tilt import is_present
 from levelhead.kernels.vec3 import ZERO, Vec3, sub
 
-FIRST_FIELD = 0.6  # rad², of a heading that was relative until now: 45°
+FIRST_FIELD = 0.6  # rad², of a heading that was relative until now, or by a raw magnetometer: 45°
 NEW_FIELD = 0.002  # rad², of a heading when another field is taken for the earth's: 2.6°
 
 
@@ -161,9 +161,9 @@ def start(settings: Settings, sample: ConditionedSample, run: FilterRun) -> Filt
     """At the first sample, and at every sample until the first accelerometer reading."""
     params, _ = settings
     state = hooks.restart(params, run.state, sample.gyr, sample.acc, sample.mag)
-    rest, rejected, _ = NO_SAMPLES
+    rest, rejected, _, iron = NO_SAMPLES
     estimate: Output = hooks.output(params, state)
-    gates = GuardState(rest, rejected, initial_field(up(estimate.quat), sample.mag))
+    gates = GuardState(rest, rejected, initial_field(up(estimate.quat), sample.mag), iron)
     return FilterRun(
         state=state, health=sample.health, guard=gates, covariance=initial_covariance(sample.acc, sample.mag)
     )
@@ -176,12 +176,12 @@ def update_rest(settings: Settings, sample: ConditionedSample, run: FilterRun) -
     state, health, gates = run.state, run.health, run.guard
     covariance = run.covariance
     estimate: Output = hooks.output(params, state)
-    rest, rejected, field = gates
+    rest, rejected, field, iron = gates
     own = estimate.bias if hooks.TAKES_BIAS else ZERO
     rest = update_bias_at_rest(guard, rest, own, sample.detected.means, sample.detected.sums.time)
     if is_resting(guard, rest):
         state = hooks.at_rest(params, state)
-    return FilterRun(state=state, health=health, guard=GuardState(rest, rejected, field), covariance=covariance)
+    return FilterRun(state=state, health=health, guard=GuardState(rest, rejected, field, iron), covariance=covariance)
 
 
 @noinline
@@ -260,7 +260,8 @@ def apply_correction(settings: Settings, sample: ConditionedSample, run: FilterR
     state, health, gates = run.state, run.health, run.guard
     covariance = run.covariance
     if health & MAG_LEARNED:
-        state = hooks.inflate_heading(params, state, NEW_FIELD if sample.had_field else FIRST_FIELD)
+        known = sample.had_field and health & IRON_FOUND == 0
+        state = hooks.inflate_heading(params, state, NEW_FIELD if known else FIRST_FIELD)
     if hooks.due(params, state, sample.dt):
         state = hooks.correct(params, state, sample.dt)
     return FilterRun(state=state, health=health, guard=gates, covariance=covariance)

@@ -15,6 +15,7 @@ MAG_LEARNED = 4096  # a new field was taken for the earth's: from here on headin
 AID_REJECTED = 8192  # position, velocity or height far from the prediction: not used
 TURN_MISSED = 16384  # the velocity that a wrong tilt makes shows it: σ grows, and gravity corrects tilt
 GYR_SPIKE = 32768  # the rate before was far from those around it: not used
+IRON_FOUND = 65536  # the offset of a raw magnetometer is beyond doubt: from here on it is taken off
 AT_REST = 2048  # nothing wrong: the sensor is still, and its bias is being learned
 
 NAMES = {
@@ -33,6 +34,7 @@ NAMES = {
     AID_REJECTED: "position, velocity or height far from the prediction, not used",
     TURN_MISSED: "a turn was not measured, tilt is being corrected",
     GYR_SPIKE: "a spike of the gyroscope, not used",
+    IRON_FOUND: "offset of a raw magnetometer found, taken off from here on",
     AT_REST: "at rest, gyroscope bias learned",
 }
 FAULTS = sum(NAMES) - AT_REST

@@ -1,7 +1,8 @@
 """The guard: bad readings are held back before a filter sees them, once, and the same for all filters.
 
 ``detectors`` needs the readings alone: full scale, axes that hang, force that is not gravity. ``rest`` decides whether
-the sensor is at rest and reads the gyroscope's bias off; ``field`` estimates the earth's field. The gates here also
+the sensor is at rest and reads the gyroscope's bias off; ``iron`` finds the offset of a raw magnetometer, ``field``
+estimates the earth's field. The gates here also
 need the filter's attitude: accelerations that are not gravity and fields that are not the earth's are held back,
 for a bounded time. Each gate reports its reason by a bit of ``filters.health``.
 """
@@ -10,15 +11,16 @@ from math import sqrt
 from typing import NamedTuple
 
 from levelhead.compiler.mark import kernel
-from levelhead.filters.health import AT_REST, MAG_LEARNED, MAG_REJECTED
+from levelhead.filters.health import AT_REST, IRON_FOUND, MAG_LEARNED, MAG_REJECTED
 from levelhead.guard.field import NO_FIELD, Field, update_field
+from levelhead.guard.iron import NO_IRON, MagOffset, update_iron
 from levelhead.guard.params import Guard
 from levelhead.guard.rest import Rest, is_resting
 from levelhead.kernels import quat
 from levelhead.kernels.elapsed import has_elapsed
 from levelhead.kernels.quat import Quat
 from levelhead.kernels.tilt import is_present
-from levelhead.kernels.vec3 import ZERO, Vec3
+from levelhead.kernels.vec3 import ZERO, Vec3, sub
 from levelhead.units import DEGREE
 
 GATES_FIELD = True  # False for a filter that gates the field itself
@@ -30,6 +32,7 @@ class GuardState(NamedTuple):
     rest: Rest
     acc_rejected: float  # s for which the specific force has not been gravity
     field: Field
+    iron: MagOffset
 
 
 class Gated(NamedTuple):
@@ -40,7 +43,7 @@ class Gated(NamedTuple):
     state: GuardState
 
 
-NO_SAMPLES = GuardState(Rest(time=0.0, bias=ZERO, moved=False, known=False), 0.0, NO_FIELD)
+NO_SAMPLES = GuardState(Rest(time=0.0, bias=ZERO, moved=False, known=False), 0.0, NO_FIELD, NO_IRON)
 
 
 @kernel
@@ -65,14 +68,14 @@ def gate_force(
     ``acc_angle`` from the vertical that the filter predicts."""
     if not is_present(acc):
         return state
-    rest, rejected, field = state
+    rest, rejected, field, iron = state
     if not far_from_g:
-        return GuardState(rest, 0.0, field)
+        return GuardState(rest, 0.0, field, iron)
     x, y, z = acc
     a, b, c = predict_up(attitude, gyr, dt)
     cosine = 1.0 - 0.5 * guard.acc_angle * guard.acc_angle * (DEGREE * DEGREE)
     off = a * x + b * y + c * z < sqrt(x * x + y * y + z * z) * cosine
-    return GuardState(rest, rejected + dt if off else 0.0, field)
+    return GuardState(rest, rejected + dt if off else 0.0, field, iron)
 
 
 @kernel
@@ -84,10 +87,20 @@ def gate(guard: Guard, state: GuardState, attitude: Quat, gyr: Vec3, mag: Vec3, 
     health = 0
     if is_resting(guard, state.rest):
         health = AT_REST
+    if GATES_FIELD and guard.iron > 0.0:
+        rest, rejected, field, iron = state
+        known = iron.known
+        iron = update_iron(guard, iron, quat.up(attitude), gyr, mag, dt)
+        if iron.known and is_present(mag):
+            mag = sub(mag, iron.offset)
+            if not known:
+                health |= IRON_FOUND
+                field = NO_FIELD
+        state = GuardState(rest, rejected, field, iron)
     if GATES_FIELD and is_present(mag):
-        rest, rejected, field = state
+        rest, rejected, field, iron = state
         field = update_field(guard, field, predict_up(attitude, gyr, dt), mag, dt)
-        state = GuardState(rest, rejected, field)
+        state = GuardState(rest, rejected, field, iron)
         if field.rejected > 0.0:
             health |= MAG_REJECTED
             mag = ZERO

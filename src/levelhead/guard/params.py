@@ -21,3 +21,6 @@ class Guard(NamedTuple):
     mag_gate: Annotated[float, nonnegative("", "disturbed: norm off the learned one by this share", 0.02, 1.0)] = 0.1
     mag_angle: Annotated[float, nonnegative("deg", "disturbed: or dip off the learned one", 1.0, 90.0)] = 10.0
     mag_time: Annotated[float, nonnegative("s", "disturbed: after so long it counts", 1.0, 100.0)] = 20.0
+    iron: Annotated[
+        float, nonnegative("", "raw magnetometer: offset from this share of the field; 0: kept", 0.1, 2.0)
+    ] = 0.5

@@ -33,6 +33,7 @@ ADVICE = {  # health bit -> what the user can do about it
     health.GYR_STUCK: "check wiring and chip",
     health.ACC_STUCK: "check wiring and chip",
     health.MAG_REJECTED: "move away from iron and currents",
+    health.IRON_FOUND: "`levelhead calibrate LOG --magnetometer` keeps it from the start",
     health.MAG_LEARNED: "heading before and after may differ",
     health.AID_REJECTED: "check the σ of the receiver or barometer",
     health.TURN_MISSED: "check wiring, rate and full scale of the gyroscope",

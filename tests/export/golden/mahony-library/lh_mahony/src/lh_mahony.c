@@ -85,6 +85,9 @@ typedef lh_mahony_quat Quat;
 typedef lh_mahony_state State;
 typedef lh_mahony_rest Rest;
 typedef lh_mahony_field Field;
+typedef lh_mahony_pair Pair;
+typedef lh_mahony_information Information;
+typedef lh_mahony_mag_offset MagOffset;
 typedef lh_mahony_guard_state GuardState;
 typedef lh_mahony_covariance Covariance;
 typedef lh_mahony_observer_covariance ObserverCovariance;
@@ -92,6 +95,19 @@ typedef lh_mahony_filter_run FilterRun;
 typedef lh_mahony_carry Carry;
 typedef lh_mahony_euler Euler;
 typedef lh_mahony_readings Readings;
+
+/* Element xy is in row x, column y. */
+typedef struct {
+    float xx;
+    float xy;
+    float xz;
+    float yx;
+    float yy;
+    float yz;
+    float zx;
+    float zy;
+    float zz;
+} Mat3;
 
 /* Sine and cosine of one angle. */
 typedef struct {
@@ -171,6 +187,19 @@ static const float FULL_SCALE_STEEPER = 2.0f; /* at most */
 
 static const float UNITS_GRAVITY = 9.80665f; /* m/s², standard gravity (CGPM 1901) */
 static const float UNITS_DEGREE = 0.017453292f; /* math.pi / 180.0: rad */
+
+static const float IRON_TURN = 0.866f; /* |w| of the turn that ends a pair: 60° */
+static const float IRON_LEAST_TURN = 0.966f; /* |w| of the least turn of a pair that counts: 30° */
+/* s of a pair: no wrong bias of the gyroscope makes 30° of it, by which a field at rest seems an offset */
+static const float IRON_LONGEST = 2.0f;
+static const float IRON_KEEP = 0.99f; /* 1.0 - 1.0 / MEMORY */
+static const float IRON_LEAK = 0.0003f; /* PRIOR / MEMORY: what the memory forgets of it */
+static const float IRON_PAIRS = 12.0f; /* at least, of an offset that is taken off */
+static const float IRON_GAIN = 6.0f; /* Σ |y|² over Σ |y − A o|², at least */
+static const float IRON_LEAST_SIGMAS = 4.0f; /* of its level part */
+static const float IRON_MOST_SIGMA = 0.15f; /* of the field: 1σ of its level part */
+/* times the mean square, beyond which a pair counts by its size and no more by its square (Huber) */
+static const float IRON_USUAL = 4.0f;
 
 static const float TRIG_TAN_22 = 0.41421357f; /* tan π/8 */
 static const float TRIG_TAN_67 = 2.4142137f; /* tan 3π/8 */
@@ -273,6 +302,10 @@ static LH_RARE void driver_begin(Carry *carry)
     carry->sample.detected.gyr_repeat.step = 2e9f;
     carry->sample.detected.acc_repeat.step = 2e9f;
     carry->run.state.quat.w = 1.0f;
+    carry->run.guard.iron.pair.turn.w = 1.0f;
+    carry->run.guard.iron.information.xx = 0.03f;
+    carry->run.guard.iron.information.yy = 0.03f;
+    carry->run.guard.iron.information.zz = 0.03f;
     carry->run.covariance.tilt.level = TILT_UNIFORM * TILT_UNIFORM;
     carry->run.covariance.tilt.bias = OBSERVER_COVARIANCE_TURN_ON;
     carry->run.covariance.heading.bias = OBSERVER_COVARIANCE_TURN_ON;
@@ -473,6 +506,10 @@ static LH_RARE void driver_start(const ConditionedSample *sample, FilterRun *run
     run->state.quat.y = y_3;
     run->state.quat.z = z_3;
     run->health = sample->health;
+    run->guard.iron.pair.turn.w = 1.0f;
+    run->guard.iron.information.xx = 0.03f;
+    run->guard.iron.information.yy = 0.03f;
+    run->guard.iron.information.zz = 0.03f;
     run->covariance.tilt.bias = OBSERVER_COVARIANCE_TURN_ON;
     run->covariance.heading.bias = OBSERVER_COVARIANCE_TURN_ON;
 }
@@ -797,6 +834,201 @@ static LH_RARE void driver_gate_acceleration(const Settings *settings, const Con
     } else {
         run->health = sample->health;
     }
+}
+
+/* ---- iron
+ *
+ * The offset of a raw magnetometer (hard iron), found recursively from the turns that the gyroscope measures.
+ *
+ * Between two readings m₀ and m₁ the sensor turns by R, and the field h = m − o stays where it is:
+ *
+ *     m₁ − o = Rᵀ (m₀ − o)   ⇔   y = A o,   y = m₁ − Rᵀ m₀,   A = 1 − Rᵀ                                           (1)
+ *
+ * which is the integral of ṁ + ω × (m − o) = 0. With R = (w, v) as a unit quaternion
+ *
+ *     AᵀA = 4 (v·v 1 − v vᵀ),   Aᵀ e = e − R e                                                                    (2)
+ *
+ * A pair of readings ends when the sensor has turned by TURN: AᵀA is then of order one, and a gyroscope's bias has had
+ * a second or two. Recursive least squares with a memory of MEMORY pairs and a prior that stays give o. It is believed
+ * only when pairs that it had not seen yet are explained by it much better than by no offset.
+ */
+
+/* (Σ AᵀA)⁻¹ */
+static LH_CALLED void iron_invert(const Information *information, Mat3 *mat3)
+{
+    /* mat3.det: The determinant. */
+    const float number = information->yy * information->zz;
+    const float number_2 = information->yz * information->yz;
+    const float number_3 = number - number_2;
+    const float number_4 = information->xy * information->zz;
+    const float number_5 = information->yz * information->xz;
+    const float number_6 = information->xy * information->yz;
+    const float number_7 = information->yy * information->xz;
+    const float number_8 = number_6 - number_7;
+    const float d = information->xx * number_3 - information->xy * (number_4 - number_5)
+        + information->xz * number_8;
+    /* mat3.inverse: A⁻¹ by the adjugate; a matrix singular to working precision is reported, never divided through. */
+    const float terms = fabsf(information->xx) * (fabsf(number) + fabsf(number_2))
+        + fabsf(information->xy) * (fabsf(number_4) + fabsf(number_5))
+        + fabsf(information->xz) * (fabsf(number_6) + fabsf(number_7));
+    float number_9;
+    float number_10;
+    float number_11;
+    if (fabsf(d) > 1e-14f * terms) {
+        mat3->xx = number_3 / d;
+        mat3->yy = (information->xx * information->zz - information->xz * information->xz) / d;
+        mat3->zz = (information->xx * information->yy - information->xy * information->xy) / d;
+        number_9 = (number_5 - number_4) / d;
+        number_10 = number_8 / d;
+        number_11 = (information->xz * information->xy - information->xx * information->yz) / d;
+    } else {
+        mat3->xx = 0.0f;
+        mat3->yy = 0.0f;
+        mat3->zz = 0.0f;
+        number_9 = 0.0f;
+        number_10 = 0.0f;
+        number_11 = 0.0f;
+    }
+    mat3->xy = number_9;
+    mat3->xz = number_10;
+    mat3->yx = number_9;
+    mat3->yz = number_11;
+    mat3->zx = number_10;
+    mat3->zy = number_11;
+}
+
+/* The offset after the pair that ends with this reading (µT); up is the vertical in the sensor frame.
+ *
+ * What a pair is off counts by its variance with the offset as it is known so far, as the first pairs are far off.
+ */
+static LH_RARE void iron_end_pair(const Guard *guard, MagOffset *iron, float up_x, float up_y, float up_z,
+    float mag_x, float mag_y, float mag_z)
+{
+    Mat3 mat3_1;
+    Mat3 mat3_2;
+    /* quat.normalize: q/|q|; a zero quaternion becomes the identity. */
+    const float n = sqrtf(iron->pair.turn.w * iron->pair.turn.w + iron->pair.turn.x * iron->pair.turn.x
+        + iron->pair.turn.y * iron->pair.turn.y + iron->pair.turn.z * iron->pair.turn.z);
+    float w;
+    float x;
+    float y;
+    float z;
+    if (n > 0.0f) {
+        w = iron->pair.turn.w / n;
+        x = iron->pair.turn.x / n;
+        y = iron->pair.turn.y / n;
+        z = iron->pair.turn.z / n;
+    } else {
+        w = 1.0f;
+        x = 0.0f;
+        y = 0.0f;
+        z = 0.0f;
+    }
+    if (!(!(iron->pair.first.x * iron->pair.first.x + iron->pair.first.y * iron->pair.first.y
+        + iron->pair.first.z * iron->pair.first.z > TILT_NO_LENGTH) || fabsf(w) > IRON_LEAST_TURN)) {
+        /* quat.conjugate: q*, for a unit quaternion the inverse rotation. */
+        const float x_2 = -x;
+        const float y_2 = -y;
+        const float z_2 = -z;
+        /* quat.rotate: q v q*: a sensor-frame vector seen in the earth frame. */
+        const float tx = 2.0f * (y_2 * iron->pair.first.z - z_2 * iron->pair.first.y);
+        const float ty = 2.0f * (z_2 * iron->pair.first.x - x_2 * iron->pair.first.z);
+        const float tz = 2.0f * (x_2 * iron->pair.first.y - y_2 * iron->pair.first.x);
+        /* vec3.sub: a − b */
+        const float number = mag_x - (iron->pair.first.x + w * tx + y_2 * tz - z_2 * ty);
+        const float number_2 = mag_y - (iron->pair.first.y + w * ty + z_2 * tx - x_2 * tz);
+        const float number_3 = mag_z - (iron->pair.first.z + w * tz + x_2 * ty - y_2 * tx);
+        const float vx = iron->pair.first.x - iron->offset.x;
+        const float vy = iron->pair.first.y - iron->offset.y;
+        const float vz = iron->pair.first.z - iron->offset.z;
+        /* quat.rotate: q v q*: a sensor-frame vector seen in the earth frame. */
+        const float tx_2 = 2.0f * (y_2 * vz - z_2 * vy);
+        const float ty_2 = 2.0f * (z_2 * vx - x_2 * vz);
+        const float tz_2 = 2.0f * (x_2 * vy - y_2 * vx);
+        /* vec3.sub: a − b */
+        const float vx_2 = mag_x - iron->offset.x - (vx + w * tx_2 + y_2 * tz_2 - z_2 * ty_2);
+        const float vy_2 = mag_y - iron->offset.y - (vy + w * ty_2 + z_2 * tx_2 - x_2 * tz_2);
+        const float vz_2 = mag_z - iron->offset.z - (vz + w * tz_2 + x_2 * ty_2 - y_2 * tx_2);
+        iron_invert(&iron->information, &mat3_1);
+        /* vec3.dot: a·b */
+        const float along = x * (mat3_1.xx * x + mat3_1.xy * y + mat3_1.xz * z)
+            + y * (mat3_1.yx * x + mat3_1.yy * y + mat3_1.yz * z)
+            + z * (mat3_1.zx * x + mat3_1.zy * y + mat3_1.zz * z);
+        /* iron.mean_variance: tr(A P Aᵀ)/3, with (2). */
+        const float number_4 = x * x;
+        const float number_5 = y * y;
+        const float number_6 = z * z;
+        const float square = number_4 + number_5 + number_6;
+        const float share = 1.0f / (1.0f
+            + 4.0f / 3.0f * (square * (mat3_1.xx + mat3_1.yy + mat3_1.zz) - along));
+        const float square_2 = share * (vx_2 * vx_2 + vy_2 * vy_2 + vz_2 * vz_2);
+        const float weight = iron->pairs * square_2 <= IRON_USUAL * iron->left || iron->pairs < IRON_PAIRS
+            ? 1.0f : IRON_USUAL * iron->left / (iron->pairs * square_2);
+        /* iron.add_turn: The information with (2) of one more turn; the prior is not forgotten. */
+        const float four = 4.0f * weight;
+        const float number_7 = four * x;
+        iron->information.xx = IRON_KEEP * iron->information.xx + IRON_LEAK + four * (square - number_4);
+        iron->information.xy = IRON_KEEP * iron->information.xy - number_7 * y;
+        iron->information.xz = IRON_KEEP * iron->information.xz - number_7 * z;
+        iron->information.yy = IRON_KEEP * iron->information.yy + IRON_LEAK + four * (square - number_5);
+        iron->information.yz = IRON_KEEP * iron->information.yz - four * y * z;
+        iron->information.zz = IRON_KEEP * iron->information.zz + IRON_LEAK + four * (square - number_6);
+        iron_invert(&iron->information, &mat3_2);
+        /* quat.rotate: q v q*: a sensor-frame vector seen in the earth frame. */
+        const float tx_3 = 2.0f * (y * vz_2 - z * vy_2);
+        const float ty_3 = 2.0f * (z * vx_2 - x * vz_2);
+        const float tz_3 = 2.0f * (x * vy_2 - y * vx_2);
+        /* vec3.sub: a − b */
+        const float number_8 = (vx_2 - (vx_2 + w * tx_3 + y * tz_3 - z * ty_3)) * weight
+            - iron->offset.x * IRON_LEAK;
+        const float number_9 = (vy_2 - (vy_2 + w * ty_3 + z * tx_3 - x * tz_3)) * weight
+            - iron->offset.y * IRON_LEAK;
+        const float number_10 = (vz_2 - (vz_2 + w * tz_3 + x * ty_3 - y * tx_3)) * weight
+            - iron->offset.z * IRON_LEAK;
+        /* vec3.add: a + b */
+        const float number_11 = iron->offset.x
+            + (mat3_2.xx * number_8 + mat3_2.xy * number_9 + mat3_2.xz * number_10);
+        const float number_12 = iron->offset.y
+            + (mat3_2.yx * number_8 + mat3_2.yy * number_9 + mat3_2.yz * number_10);
+        const float number_13 = iron->offset.z
+            + (mat3_2.zx * number_8 + mat3_2.zy * number_9 + mat3_2.zz * number_10);
+        const float number_14 = IRON_KEEP * iron->before
+            + weight * share * (number * number + number_2 * number_2 + number_3 * number_3);
+        const float number_15 = IRON_KEEP * iron->left + weight * square_2;
+        const float number_16 = IRON_KEEP * iron->pairs + share;
+        /* vec3.dot: a·b */
+        const float number_17 = up_x * (mat3_2.xx * up_x + mat3_2.xy * up_y + mat3_2.xz * up_z)
+            + up_y * (mat3_2.yx * up_x + mat3_2.yy * up_y + mat3_2.yz * up_z)
+            + up_z * (mat3_2.zx * up_x + mat3_2.zy * up_y + mat3_2.zz * up_z);
+        const float variance = number_15 / (3.0f * number_16)
+            * (mat3_2.xx + mat3_2.yy + mat3_2.zz - number_17);
+        /* vec3.sub: a − b */
+        const float number_18 = mag_x - number_11;
+        const float number_19 = mag_y - number_12;
+        const float number_20 = mag_z - number_13;
+        /* vec3.dot: a·b */
+        const float strength = number_18 * number_18 + number_19 * number_19 + number_20 * number_20;
+        const float size = number_11 * number_11 + number_12 * number_12 + number_13 * number_13;
+        iron->before = number_14;
+        iron->left = number_15;
+        iron->pairs = number_16;
+        iron->known = iron->known
+            || (number_16 > IRON_PAIRS && number_14 > IRON_GAIN * number_15
+            && size > guard->iron * guard->iron * strength
+            && size > IRON_LEAST_SIGMAS * IRON_LEAST_SIGMAS * variance
+            && variance < IRON_MOST_SIGMA * IRON_MOST_SIGMA * strength);
+        iron->offset.x = number_11;
+        iron->offset.y = number_12;
+        iron->offset.z = number_13;
+    }
+    iron->pair.first.x = mag_x;
+    iron->pair.first.y = mag_y;
+    iron->pair.first.z = mag_z;
+    iron->pair.turn.w = 1.0f;
+    iron->pair.turn.x = 0.0f;
+    iron->pair.turn.y = 0.0f;
+    iron->pair.turn.z = 0.0f;
+    iron->pair.time = 0.0f;
 }
 
 /* ---- trig
@@ -1841,15 +2073,118 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
         const bool rest = carry->run.guard.rest.time > 0.0f
             && carry->run.guard.rest.time + ELAPSED_SLACK * REST_INTERVAL >= settings->guard.rest_time;
         const int32_t at_5 = rest ? 2048 : 0;
-        /* tilt.is_present: Whether a sensor is there: an absent one is the zero vector, and so is what is too
-         * short to have a direction.
-         */
-        const float number_49 = mag_x_2 * mag_x_2 + mag_y_2 * mag_y_2 + mag_z_2 * mag_z_2;
         float mag_x_4;
         float mag_y_4;
         float mag_z_4;
         int32_t health_8;
-        if (number_49 > TILT_NO_LENGTH) {
+        if (settings->guard.iron > 0.0f) {
+            /* iron.turn_pair: The pair after dt seconds more at a rate (rad/s); to first order, its length
+             * grows with the second.
+             */
+            const float half = 0.5f * dt;
+            const float a = bias_x_4 * half;
+            const float b = bias_y_4 * half;
+            const float c = bias_z_4 * half;
+            float first_x;
+            float first_y;
+            float first_z;
+            if (dt <= TILT_GAP_SECONDS) {
+                first_x = carry->run.guard.iron.pair.first.x;
+                first_y = carry->run.guard.iron.pair.first.y;
+                first_z = carry->run.guard.iron.pair.first.z;
+            } else {
+                first_x = 0.0f;
+                first_y = 0.0f;
+                first_z = 0.0f;
+            }
+            const float number_49 = carry->run.guard.iron.pair.turn.w
+                - (carry->run.guard.iron.pair.turn.x * a + carry->run.guard.iron.pair.turn.y * b
+                + carry->run.guard.iron.pair.turn.z * c);
+            const float number_50 = carry->run.guard.iron.pair.turn.x
+                + (carry->run.guard.iron.pair.turn.w * a
+                + (carry->run.guard.iron.pair.turn.y * c - carry->run.guard.iron.pair.turn.z * b));
+            const float number_51 = carry->run.guard.iron.pair.turn.y
+                + (carry->run.guard.iron.pair.turn.w * b
+                + (carry->run.guard.iron.pair.turn.z * a - carry->run.guard.iron.pair.turn.x * c));
+            const float number_52 = carry->run.guard.iron.pair.turn.z
+                + (carry->run.guard.iron.pair.turn.w * c
+                + (carry->run.guard.iron.pair.turn.x * b - carry->run.guard.iron.pair.turn.y * a));
+            const float number_53 = carry->run.guard.iron.pair.time + dt;
+            /* tilt.is_present: Whether a sensor is there: an absent one is the zero vector, and so is what is
+             * too short to have a direction.
+             */
+            const bool number_54 = mag_x_2 * mag_x_2 + mag_y_2 * mag_y_2 + mag_z_2 * mag_z_2 > TILT_NO_LENGTH;
+            const bool known = carry->run.guard.iron.known;
+            if (number_54 && (fabsf(number_49) < IRON_TURN
+                || number_53 + ELAPSED_SLACK * dt >= IRON_LONGEST)) {
+                carry->run.guard.iron.pair.first.x = first_x;
+                carry->run.guard.iron.pair.first.y = first_y;
+                carry->run.guard.iron.pair.first.z = first_z;
+                carry->run.guard.iron.pair.turn.w = number_49;
+                carry->run.guard.iron.pair.turn.x = number_50;
+                carry->run.guard.iron.pair.turn.y = number_51;
+                carry->run.guard.iron.pair.turn.z = number_52;
+                iron_end_pair(&settings->guard, &carry->run.guard.iron,
+                    2.0f * (carry->run.state.quat.x * carry->run.state.quat.z
+                    - carry->run.state.quat.w * carry->run.state.quat.y),
+                    2.0f * (carry->run.state.quat.w * carry->run.state.quat.x
+                    + carry->run.state.quat.y * carry->run.state.quat.z),
+                    1.0f - 2.0f * (carry->run.state.quat.x * carry->run.state.quat.x
+                    + carry->run.state.quat.y * carry->run.state.quat.y), mag_x_2, mag_y_2, mag_z_2);
+            } else {
+                carry->run.guard.iron.pair.time = number_53;
+                carry->run.guard.iron.pair.first.x = first_x;
+                carry->run.guard.iron.pair.first.y = first_y;
+                carry->run.guard.iron.pair.first.z = first_z;
+                carry->run.guard.iron.pair.turn.w = number_49;
+                carry->run.guard.iron.pair.turn.x = number_50;
+                carry->run.guard.iron.pair.turn.y = number_51;
+                carry->run.guard.iron.pair.turn.z = number_52;
+            }
+            float mag_x_5;
+            float mag_y_5;
+            float mag_z_5;
+            int32_t health_9;
+            if (carry->run.guard.iron.known && number_54) {
+                int32_t health_10;
+                if (!known) {
+                    carry->run.guard.field.norm = 0.0f;
+                    carry->run.guard.field.dip = 0.0f;
+                    carry->run.guard.field.age = 0.0f;
+                    carry->run.guard.field.rejected = 0.0f;
+                    health_10 = at_5 | 65536;
+                } else {
+                    health_10 = at_5;
+                }
+                mag_x_5 = mag_x_2 - carry->run.guard.iron.offset.x;
+                mag_y_5 = mag_y_2 - carry->run.guard.iron.offset.y;
+                mag_z_5 = mag_z_2 - carry->run.guard.iron.offset.z;
+                health_9 = health_10;
+            } else {
+                mag_x_5 = mag_x_2;
+                mag_y_5 = mag_y_2;
+                mag_z_5 = mag_z_2;
+                health_9 = at_5;
+            }
+            mag_x_4 = mag_x_5;
+            mag_y_4 = mag_y_5;
+            mag_z_4 = mag_z_5;
+            health_8 = health_9;
+        } else {
+            mag_x_4 = mag_x_2;
+            mag_y_4 = mag_y_2;
+            mag_z_4 = mag_z_2;
+            health_8 = at_5;
+        }
+        /* tilt.is_present: Whether a sensor is there: an absent one is the zero vector, and so is what is too
+         * short to have a direction.
+         */
+        const float number_55 = mag_x_4 * mag_x_4 + mag_y_4 * mag_y_4 + mag_z_4 * mag_z_4;
+        float mag_x_6;
+        float mag_y_6;
+        float mag_z_6;
+        int32_t health_11;
+        if (number_55 > TILT_NO_LENGTH) {
             /* quat.up: The earth's vertical in the sensor frame: (−sin θ, sin φ cos θ, cos φ cos θ) with roll φ and pitch θ.
              */
             const float x_9 = 2.0f * (carry->run.state.quat.x * carry->run.state.quat.z
@@ -1861,12 +2196,12 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
                 + carry->run.state.quat.y * carry->run.state.quat.y);
             /* field.update_field: The reference after a reading (µT); rejected > 0: the reading is not of the earth's field.
              */
-            const float n = sqrtf(number_49);
-            const float number_50 = (x_9 + dt * (y_9 * bias_z_4 - z_9 * bias_y_4)) * mag_x_2
-                + (y_9 + dt * (z_9 * bias_x_4 - x_9 * bias_z_4)) * mag_y_2
-                + (z_9 + dt * (x_9 * bias_y_4 - y_9 * bias_x_4)) * mag_z_2;
-            const float d = number_50 * (1.0f / n);
-            float number_51;
+            const float n = sqrtf(number_55);
+            const float number_56 = (x_9 + dt * (y_9 * bias_z_4 - z_9 * bias_y_4)) * mag_x_4
+                + (y_9 + dt * (z_9 * bias_x_4 - x_9 * bias_z_4)) * mag_y_4
+                + (z_9 + dt * (x_9 * bias_y_4 - y_9 * bias_x_4)) * mag_z_4;
+            const float d = number_56 * (1.0f / n);
+            float number_57;
             if (carry->run.guard.field.age == 0.0f
                 || (carry->run.guard.field.rejected > 0.0f
                 && carry->run.guard.field.rejected
@@ -1874,51 +2209,51 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
                 carry->run.guard.field.norm = n;
                 carry->run.guard.field.dip = d;
                 carry->run.guard.field.age = dt;
-                number_51 = 0.0f;
+                number_57 = 0.0f;
             } else {
-                const float number_52 = n - carry->run.guard.field.norm;
-                const float number_53 = d - carry->run.guard.field.dip;
-                float number_54;
-                if (fabsf(number_52) > settings->guard.mag_gate * carry->run.guard.field.norm
-                    || fabsf(number_53) > settings->guard.mag_angle * UNITS_DEGREE) {
-                    number_54 = carry->run.guard.field.rejected + dt;
+                const float number_58 = n - carry->run.guard.field.norm;
+                const float number_59 = d - carry->run.guard.field.dip;
+                float number_60;
+                if (fabsf(number_58) > settings->guard.mag_gate * carry->run.guard.field.norm
+                    || fabsf(number_59) > settings->guard.mag_angle * UNITS_DEGREE) {
+                    number_60 = carry->run.guard.field.rejected + dt;
                 } else {
                     /* lowpass.lowpass_weight: The weight of a new sample in a first-order low-pass of time
                      * constant tau: dt/(min(τ, age) + dt).
                      */
                     const float weight_3 = dt / (lh_min(FIELD_FIELD_TIME, carry->run.guard.field.age) + dt);
-                    carry->run.guard.field.norm = carry->run.guard.field.norm + weight_3 * number_52;
-                    carry->run.guard.field.dip = carry->run.guard.field.dip + weight_3 * number_53;
+                    carry->run.guard.field.norm = carry->run.guard.field.norm + weight_3 * number_58;
+                    carry->run.guard.field.dip = carry->run.guard.field.dip + weight_3 * number_59;
                     carry->run.guard.field.age = lh_min(carry->run.guard.field.age + dt, FIELD_FIELD_TIME);
-                    number_54 = 0.0f;
+                    number_60 = 0.0f;
                 }
-                number_51 = number_54;
+                number_57 = number_60;
             }
-            float mag_x_5;
-            float mag_y_5;
-            float mag_z_5;
-            int32_t health_9;
-            if (number_51 > 0.0f) {
-                mag_x_5 = 0.0f;
-                mag_y_5 = 0.0f;
-                mag_z_5 = 0.0f;
-                health_9 = at_5 | 1024;
+            float mag_x_7;
+            float mag_y_7;
+            float mag_z_7;
+            int32_t health_12;
+            if (number_57 > 0.0f) {
+                mag_x_7 = 0.0f;
+                mag_y_7 = 0.0f;
+                mag_z_7 = 0.0f;
+                health_12 = health_8 | 1024;
             } else {
-                mag_x_5 = mag_x_2;
-                mag_y_5 = mag_y_2;
-                mag_z_5 = mag_z_2;
-                health_9 = carry->run.guard.field.age <= dt ? at_5 | 4096 : at_5;
+                mag_x_7 = mag_x_4;
+                mag_y_7 = mag_y_4;
+                mag_z_7 = mag_z_4;
+                health_12 = carry->run.guard.field.age <= dt ? health_8 | 4096 : health_8;
             }
-            carry->run.guard.field.rejected = number_51;
-            mag_x_4 = mag_x_5;
-            mag_y_4 = mag_y_5;
-            mag_z_4 = mag_z_5;
-            health_8 = health_9;
+            carry->run.guard.field.rejected = number_57;
+            mag_x_6 = mag_x_7;
+            mag_y_6 = mag_y_7;
+            mag_z_6 = mag_z_7;
+            health_11 = health_12;
         } else {
-            mag_x_4 = mag_x_2;
-            mag_y_4 = mag_y_2;
-            mag_z_4 = mag_z_2;
-            health_8 = at_5;
+            mag_x_6 = mag_x_4;
+            mag_y_6 = mag_y_4;
+            mag_z_6 = mag_z_4;
+            health_11 = health_8;
         }
         /* direction_filter.integrate: The attitude after dt seconds at the rate gyr (rad/s) without the bias. */
         const float x_10 = (bias_x_4 - carry->run.state.bias.x) * dt;
@@ -1935,47 +2270,47 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
         float z_11;
         if (fourth > VECTOR_ERROR_SHORT) {
             float s;
-            float c;
+            float c_2;
             if (square_3 < QUAT_SMALL) {
                 s = 0.5f - square_3 * (1.0f / 12.0f)
                     + fourth * (1.0f / 240.0f - square_3 * (1.0f / 10080.0f) + fourth * (1.0f / 725760.0f));
-                c = 1.0f - 0.5f * square_3
+                c_2 = 1.0f - 0.5f * square_3
                     + fourth * (1.0f / 24.0f - square_3 * (1.0f / 720.0f) + fourth * (1.0f / 40320.0f));
             } else {
                 /* quat.sinc_half: sin(angle/2)/angle of square = (angle/2)². */
-                const float half = sqrtf(square_3);
-                const SinCos sincos = trig_sincos(half);
+                const float half_2 = sqrtf(square_3);
+                const SinCos sincos = trig_sincos(half_2);
                 const SinCos sincos_2 = trig_sincos(sqrtf(square_3));
-                s = 0.5f * sincos.sin / half;
-                c = sincos_2.cos;
+                s = 0.5f * sincos.sin / half_2;
+                c_2 = sincos_2.cos;
             }
             /* quat.exp: The quaternion of a rotation vector (axis times angle, rad): (cos |v|/2, sin(|v|/2)/|v| · v).
              */
-            const float number_55 = x_10 * s;
-            const float number_56 = y_10 * s;
-            const float number_57 = z_10 * s;
-            w = carry->run.state.quat.w * c - carry->run.state.quat.x * number_55
-                - carry->run.state.quat.y * number_56 - carry->run.state.quat.z * number_57;
-            x_11 = carry->run.state.quat.w * number_55 + carry->run.state.quat.x * c
-                + carry->run.state.quat.y * number_57 - carry->run.state.quat.z * number_56;
-            y_11 = carry->run.state.quat.w * number_56 - carry->run.state.quat.x * number_57
-                + carry->run.state.quat.y * c + carry->run.state.quat.z * number_55;
-            z_11 = carry->run.state.quat.w * number_57 + carry->run.state.quat.x * number_56
-                - carry->run.state.quat.y * number_55 + carry->run.state.quat.z * c;
+            const float number_61 = x_10 * s;
+            const float number_62 = y_10 * s;
+            const float number_63 = z_10 * s;
+            w = carry->run.state.quat.w * c_2 - carry->run.state.quat.x * number_61
+                - carry->run.state.quat.y * number_62 - carry->run.state.quat.z * number_63;
+            x_11 = carry->run.state.quat.w * number_61 + carry->run.state.quat.x * c_2
+                + carry->run.state.quat.y * number_63 - carry->run.state.quat.z * number_62;
+            y_11 = carry->run.state.quat.w * number_62 - carry->run.state.quat.x * number_63
+                + carry->run.state.quat.y * c_2 + carry->run.state.quat.z * number_61;
+            z_11 = carry->run.state.quat.w * number_63 + carry->run.state.quat.x * number_62
+                - carry->run.state.quat.y * number_61 + carry->run.state.quat.z * c_2;
         } else {
             const float s_2 = 0.5f - square_3 * (1.0f / 12.0f)
                 + fourth * (1.0f / 240.0f - square_3 * (1.0f / 10080.0f));
-            const float c_2 = 1.0f - square_3 * 0.5f + fourth * (1.0f / 24.0f - square_3 * (1.0f / 720.0f));
+            const float c_3 = 1.0f - square_3 * 0.5f + fourth * (1.0f / 24.0f - square_3 * (1.0f / 720.0f));
             const float x_12 = x_10 * s_2;
             const float y_12 = y_10 * s_2;
             const float z_12 = z_10 * s_2;
-            w = carry->run.state.quat.w * c_2 - carry->run.state.quat.x * x_12
+            w = carry->run.state.quat.w * c_3 - carry->run.state.quat.x * x_12
                 - (carry->run.state.quat.y * y_12 + carry->run.state.quat.z * z_12);
-            x_11 = carry->run.state.quat.w * x_12 + carry->run.state.quat.x * c_2
+            x_11 = carry->run.state.quat.w * x_12 + carry->run.state.quat.x * c_3
                 + (carry->run.state.quat.y * z_12 - carry->run.state.quat.z * y_12);
-            y_11 = carry->run.state.quat.w * y_12 + carry->run.state.quat.y * c_2
+            y_11 = carry->run.state.quat.w * y_12 + carry->run.state.quat.y * c_3
                 + (carry->run.state.quat.z * x_12 - carry->run.state.quat.x * z_12);
-            z_11 = carry->run.state.quat.w * z_12 + carry->run.state.quat.z * c_2
+            z_11 = carry->run.state.quat.w * z_12 + carry->run.state.quat.z * c_3
                 + (carry->run.state.quat.x * y_12 - carry->run.state.quat.y * x_12);
         }
         const float age = dt > TILT_GAP_SECONDS ? 0.0f : lh_min(carry->run.state.age + dt, LOWPASS_AGE_LIMIT);
@@ -2012,60 +2347,60 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
             /* vector_error.obtuse_error: direction_error beyond a right angle: the cross product (x, y, z) at length one.
              */
             const float n_3 = sqrtf(x_13 * x_13 + y_13 * y_13 + z_13 * z_13);
-            float number_58;
-            float number_59;
-            float number_60;
+            float number_64;
+            float number_65;
+            float number_66;
             if (n_3 < VECTOR_ERROR_NO_AXIS) {
-                float number_61;
-                float number_62;
-                float number_63;
+                float number_67;
+                float number_68;
+                float number_69;
                 if (fabsf(ex) < 0.8f) {
                     /* vector_error.perpendicular: A unit vector perpendicular to the unit vector v. */
                     const float n_4 = sqrtf(ey * ey + ez * ez);
-                    number_61 = 0.0f;
-                    number_62 = ez / n_4;
-                    number_63 = -ey / n_4;
+                    number_67 = 0.0f;
+                    number_68 = ez / n_4;
+                    number_69 = -ey / n_4;
                 } else {
                     /* vector_error.perpendicular: A unit vector perpendicular to the unit vector v. */
                     const float n_5 = sqrtf(ex * ex + ey * ey);
-                    number_61 = ey / n_5;
-                    number_62 = -ex / n_5;
-                    number_63 = 0.0f;
+                    number_67 = ey / n_5;
+                    number_68 = -ex / n_5;
+                    number_69 = 0.0f;
                 }
-                number_58 = number_61;
-                number_59 = number_62;
-                number_60 = number_63;
+                number_64 = number_67;
+                number_65 = number_68;
+                number_66 = number_69;
             } else {
-                number_58 = x_13 / n_3;
-                number_59 = y_13 / n_3;
-                number_60 = z_13 / n_3;
+                number_64 = x_13 / n_3;
+                number_65 = y_13 / n_3;
+                number_66 = z_13 / n_3;
             }
-            x_14 = number_58;
-            y_14 = number_59;
-            z_14 = number_60;
+            x_14 = number_64;
+            y_14 = number_65;
+            z_14 = number_66;
         } else {
             x_14 = x_13;
             y_14 = y_13;
             z_14 = z_13;
         }
         /* mahony.step: Eqs. 1 to 5. */
-        const float number_64 = 1.0f / settings->filter.kp;
+        const float number_70 = 1.0f / settings->filter.kp;
         /* lowpass.lowpass_weight: The weight of a new sample in a first-order low-pass of time constant tau:
          * dt/(min(τ, age) + dt).
          */
-        const float number_65 = lh_min(number_64, age);
-        const float kt = dt / (number_65 + dt);
+        const float number_71 = lh_min(number_70, age);
+        const float kt = dt / (number_71 + dt);
         /* tilt.is_present: Whether a sensor is there: an absent one is the zero vector, and so is what is too
          * short to have a direction.
          */
-        const float number_66 = mag_x_4 * mag_x_4 + mag_y_4 * mag_y_4 + mag_z_4 * mag_z_4;
+        const float number_72 = mag_x_6 * mag_x_6 + mag_y_6 * mag_y_6 + mag_z_6 * mag_z_6;
         float x_15;
         float y_15;
         float z_15;
         float x_16;
         float y_16;
         float z_16;
-        if (number_66 > TILT_NO_LENGTH) {
+        if (number_72 > TILT_NO_LENGTH) {
             float kt_2;
             float x_17;
             float y_17;
@@ -2075,15 +2410,15 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
                 /* vec3.normalize: a/|a|; the zero vector (an absent sensor), and what is too short to have a
                  * direction, gives the zero vector.
                  */
-                const float n_6 = sqrtf(number_66);
+                const float n_6 = sqrtf(number_72);
                 float vx;
                 float vy;
                 float vz;
                 if (n_6 > VEC3_SHORTEST) {
                     const float one_3 = 1.0f / n_6;
-                    vx = mag_x_4 * one_3;
-                    vy = mag_y_4 * one_3;
-                    vz = mag_z_4 * one_3;
+                    vx = mag_x_6 * one_3;
+                    vy = mag_y_6 * one_3;
+                    vz = mag_z_6 * one_3;
                 } else {
                     vx = 0.0f;
                     vy = 0.0f;
@@ -2097,12 +2432,12 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
                 const float tx = 2.0f * (y_11 * vz - z_11 * vy);
                 const float ty = 2.0f * (z_11 * vx - x_11 * vz);
                 const float tz = 2.0f * (x_11 * vy - y_11 * vx);
-                const float number_67 = vx + w * tx + y_11 * tz - z_11 * ty;
-                const float number_68 = vy + w * ty + z_11 * tx - x_11 * tz;
+                const float number_73 = vx + w * tx + y_11 * tz - z_11 * ty;
+                const float number_74 = vy + w * ty + z_11 * tx - x_11 * tz;
                 const float vz_2 = vz + w * tz + x_11 * ty - y_11 * tx;
                 /* vector_error.reference: The unit field in the earth frame if the attitude is right: its own dip, and north.
                  */
-                const float vy_2 = sqrtf(number_67 * number_67 + number_68 * number_68);
+                const float vy_2 = sqrtf(number_73 * number_73 + number_74 * number_74);
                 /* quat.rotate: q v q*: a sensor-frame vector seen in the earth frame. */
                 const float tx_2 = 2.0f * (y_18 * vz_2 - z_18 * vy_2);
                 const float ty_2 = 2.0f * (z_18 * 0.0f - x_18 * vz_2);
@@ -2122,37 +2457,37 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
                      * y, z) at length one.
                      */
                     const float n_7 = sqrtf(x_19 * x_19 + y_19 * y_19 + z_19 * z_19);
-                    float number_69;
-                    float number_70;
-                    float number_71;
+                    float number_75;
+                    float number_76;
+                    float number_77;
                     if (n_7 < VECTOR_ERROR_NO_AXIS) {
-                        float number_72;
-                        float number_73;
-                        float number_74;
+                        float number_78;
+                        float number_79;
+                        float number_80;
                         if (fabsf(ex_2) < 0.8f) {
                             /* vector_error.perpendicular: A unit vector perpendicular to the unit vector v. */
                             const float n_8 = sqrtf(ey_2 * ey_2 + ez_2 * ez_2);
-                            number_72 = 0.0f;
-                            number_73 = ez_2 / n_8;
-                            number_74 = -ey_2 / n_8;
+                            number_78 = 0.0f;
+                            number_79 = ez_2 / n_8;
+                            number_80 = -ey_2 / n_8;
                         } else {
                             /* vector_error.perpendicular: A unit vector perpendicular to the unit vector v. */
                             const float n_9 = sqrtf(ex_2 * ex_2 + ey_2 * ey_2);
-                            number_72 = ey_2 / n_9;
-                            number_73 = -ex_2 / n_9;
-                            number_74 = 0.0f;
+                            number_78 = ey_2 / n_9;
+                            number_79 = -ex_2 / n_9;
+                            number_80 = 0.0f;
                         }
-                        number_69 = number_72;
-                        number_70 = number_73;
-                        number_71 = number_74;
+                        number_75 = number_78;
+                        number_76 = number_79;
+                        number_77 = number_80;
                     } else {
-                        number_69 = x_19 / n_7;
-                        number_70 = y_19 / n_7;
-                        number_71 = z_19 / n_7;
+                        number_75 = x_19 / n_7;
+                        number_76 = y_19 / n_7;
+                        number_77 = z_19 / n_7;
                     }
-                    x_20 = number_69;
-                    y_20 = number_70;
-                    z_20 = number_71;
+                    x_20 = number_75;
+                    y_20 = number_76;
+                    z_20 = number_77;
                 } else {
                     x_20 = x_19;
                     y_20 = y_19;
@@ -2169,19 +2504,19 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
                 /* vector_error.heading_error: The error of heading: up times the sine of the angle between
                  * the field's horizontal part and north.
                  */
-                const float tx_3 = 2.0f * (y_11 * mag_z_4 - z_11 * mag_y_4);
-                const float ty_3 = 2.0f * (z_11 * mag_x_4 - x_11 * mag_z_4);
-                const float tz_3 = 2.0f * (x_11 * mag_y_4 - y_11 * mag_x_4);
-                const float east = mag_x_4 + w * tx_3 + (y_11 * tz_3 - z_11 * ty_3);
-                const float north = mag_y_4 + w * ty_3 + (z_11 * tx_3 - x_11 * tz_3);
+                const float tx_3 = 2.0f * (y_11 * mag_z_6 - z_11 * mag_y_6);
+                const float ty_3 = 2.0f * (z_11 * mag_x_6 - x_11 * mag_z_6);
+                const float tz_3 = 2.0f * (x_11 * mag_y_6 - y_11 * mag_x_6);
+                const float east = mag_x_6 + w * tx_3 + (y_11 * tz_3 - z_11 * ty_3);
+                const float north = mag_y_6 + w * ty_3 + (z_11 * tx_3 - x_11 * tz_3);
                 const float square_4 = east * east + north * north;
-                float number_75;
-                float number_76;
-                float number_77;
+                float number_81;
+                float number_82;
+                float number_83;
                 if (square_4 < VEC3_SHORTEST) {
-                    number_75 = 0.0f;
-                    number_76 = 0.0f;
-                    number_77 = 0.0f;
+                    number_81 = 0.0f;
+                    number_82 = 0.0f;
+                    number_83 = 0.0f;
                 } else {
                     float sine;
                     if (north < 0.0f) {
@@ -2189,14 +2524,14 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
                     } else {
                         sine = east / sqrtf(square_4);
                     }
-                    number_75 = sine * ex;
-                    number_76 = sine * ey;
-                    number_77 = sine * ez;
+                    number_81 = sine * ex;
+                    number_82 = sine * ey;
+                    number_83 = sine * ez;
                 }
                 kt_2 = kt;
-                x_17 = number_75;
-                y_17 = number_76;
-                z_17 = number_77;
+                x_17 = number_81;
+                y_17 = number_82;
+                z_17 = number_83;
                 kh = dt / (lh_min(1.0f / (settings->filter.kp * settings->filter.k_mag), age) + dt);
             }
             x_15 = x_17;
@@ -2229,15 +2564,15 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
         const float step = settings->filter.ki * dt;
         /* elapsed.has_elapsed: Whether time (s), a sum of intervals of which the last was dt (s), has reached length (s).
          */
-        const float number_78 = ELAPSED_SLACK * dt;
-        const float number_79 = age + number_78;
+        const float number_84 = ELAPSED_SLACK * dt;
+        const float number_85 = age + number_84;
         /* mahony.update_bias: Eq. 3, bounded by (6); each vector waits until its K is steady. */
-        const float number_80 = settings->filter.kp * settings->filter.kp;
-        const float number_81 = limit_2 * limit_2;
+        const float number_86 = settings->filter.kp * settings->filter.kp;
+        const float number_87 = limit_2 * limit_2;
         float x_22;
         float y_22;
         float z_22;
-        if (number_79 >= number_64 && number_80 * (x_14 * x_14 + y_14 * y_14 + z_14 * z_14) < number_81) {
+        if (number_85 >= number_70 && number_86 * (x_14 * x_14 + y_14 * y_14 + z_14 * z_14) < number_87) {
             x_22 = carry->run.state.bias.x - step * x_14;
             y_22 = carry->run.state.bias.y - step * y_14;
             z_22 = carry->run.state.bias.z - step * z_14;
@@ -2246,13 +2581,13 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
             y_22 = carry->run.state.bias.y;
             z_22 = carry->run.state.bias.z;
         }
-        const float number_82 = 1.0f / (settings->filter.kp * settings->filter.k_mag);
+        const float number_88 = 1.0f / (settings->filter.kp * settings->filter.k_mag);
         float x_23;
         float y_23;
         float z_23;
-        if (number_79 >= number_82
-            && number_80 * settings->filter.k_mag * settings->filter.k_mag
-            * (x_15 * x_15 + y_15 * y_15 + z_15 * z_15) < number_81) {
+        if (number_85 >= number_88
+            && number_86 * settings->filter.k_mag * settings->filter.k_mag
+            * (x_15 * x_15 + y_15 * y_15 + z_15 * z_15) < number_87) {
             const float step_2 = step * settings->filter.k_mag;
             x_23 = x_22 - step_2 * x_15;
             y_23 = y_22 - step_2 * y_15;
@@ -2262,14 +2597,14 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
             y_23 = y_22;
             z_23 = z_22;
         }
-        const float number_83 = -limit_2;
-        if (since_sigma + number_78 >= OBSERVER_COVARIANCE_INTERVAL || number_48) {
+        const float number_89 = -limit_2;
+        if (since_sigma + number_84 >= OBSERVER_COVARIANCE_INTERVAL || number_48) {
             int32_t corrected_by;
             float acc_x_10;
             float acc_y_10;
             float acc_z_10;
             if (carry->run.guard.acc_rejected > 0.0f
-                && !(carry->run.guard.acc_rejected + number_78 >= settings->guard.acc_time)) {
+                && !(carry->run.guard.acc_rejected + number_84 >= settings->guard.acc_time)) {
                 corrected_by = sensors & 2;
                 acc_x_10 = 0.0f;
                 acc_y_10 = 0.0f;
@@ -2297,11 +2632,11 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
             /* lowpass.lowpass_weight: The weight of a new sample in a first-order low-pass of time constant
              * tau: dt/(min(τ, age) + dt).
              */
-            const float kt_4 = since_sigma / (number_65 + since_sigma);
+            const float kt_4 = since_sigma / (number_71 + since_sigma);
             /* elapsed.has_elapsed: Whether time (s), a sum of intervals of which the last was dt (s), has reached length (s).
              */
-            const float number_84 = age + ELAPSED_SLACK * since_sigma;
-            const float bh = number_84 >= number_82
+            const float number_90 = age + ELAPSED_SLACK * since_sigma;
+            const float bh = number_90 >= number_88
                 ? settings->filter.ki * settings->filter.k_mag * since_sigma : 0.0f;
             float kt_5;
             float kh_2;
@@ -2314,7 +2649,7 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
                 bh_2 = DIRECTION_FILTER_DIP_SHARE * bh;
             } else {
                 kt_5 = kt_4;
-                kh_2 = since_sigma / (lh_min(number_82, age) + since_sigma);
+                kh_2 = since_sigma / (lh_min(number_88, age) + since_sigma);
                 bh_2 = bh;
             }
             /* observer_covariance.update_covariance: After an interval of dt s, with the filter's gains for
@@ -2322,40 +2657,40 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
              */
             const float rate2_2 = x_24 * x_24 + y_24 * y_24 + z_24 * z_24;
             float level;
-            float number_85;
-            float number_86;
+            float number_91;
+            float number_92;
             float level_2;
-            float number_87;
-            float number_88;
+            float number_93;
+            float number_94;
             if (since_sigma > TILT_GAP_SECONDS) {
                 level = lh_min(carry->run.covariance.tilt.level
                     + TILT_TURN * TILT_TURN * since_sigma * since_sigma, TILT_UNIFORM * TILT_UNIFORM);
-                number_85 = 0.0f;
-                number_86 = lh_max(carry->run.covariance.tilt.bias,
+                number_91 = 0.0f;
+                number_92 = lh_max(carry->run.covariance.tilt.bias,
                     lh_min(carry->run.covariance.tilt.bias + OBSERVER_COVARIANCE_WALK * since_sigma,
                     OBSERVER_COVARIANCE_TURN_ON));
                 level_2 = lh_min(carry->run.covariance.heading.level
                     + TILT_TURN * TILT_TURN * since_sigma * since_sigma, TILT_UNIFORM * TILT_UNIFORM);
-                number_87 = 0.0f;
-                number_88 = lh_max(carry->run.covariance.heading.bias,
+                number_93 = 0.0f;
+                number_94 = lh_max(carry->run.covariance.heading.bias,
                     lh_min(carry->run.covariance.heading.bias + OBSERVER_COVARIANCE_WALK * since_sigma,
                     OBSERVER_COVARIANCE_TURN_ON));
             } else {
                 /* two_state.predict: Eq. 1 with Q = diag(q_level, q_bias). */
-                const float number_89 = since_sigma * carry->run.covariance.tilt.bias;
-                const float number_90 = since_sigma * carry->run.covariance.heading.bias;
+                const float number_95 = since_sigma * carry->run.covariance.tilt.bias;
+                const float number_96 = since_sigma * carry->run.covariance.heading.bias;
                 level = carry->run.covariance.tilt.level
-                    + since_sigma * (number_89 - 2.0f * carry->run.covariance.tilt.cross)
+                    + since_sigma * (number_95 - 2.0f * carry->run.covariance.tilt.cross)
                     + ((OBSERVER_COVARIANCE_NOISE + OBSERVER_COVARIANCE_SCALE * rate2_2) * since_sigma
                     + unmeasured_2);
-                number_85 = carry->run.covariance.tilt.cross - number_89;
-                number_86 = carry->run.covariance.tilt.bias + OBSERVER_COVARIANCE_WALK * since_sigma;
+                number_91 = carry->run.covariance.tilt.cross - number_95;
+                number_92 = carry->run.covariance.tilt.bias + OBSERVER_COVARIANCE_WALK * since_sigma;
                 level_2 = carry->run.covariance.heading.level
-                    + since_sigma * (number_90 - 2.0f * carry->run.covariance.heading.cross)
+                    + since_sigma * (number_96 - 2.0f * carry->run.covariance.heading.cross)
                     + ((OBSERVER_COVARIANCE_NOISE + OBSERVER_COVARIANCE_SCALE * rate2_2) * since_sigma
                     + unmeasured_2);
-                number_87 = carry->run.covariance.heading.cross - number_90;
-                number_88 = carry->run.covariance.heading.bias + OBSERVER_COVARIANCE_WALK * since_sigma;
+                number_93 = carry->run.covariance.heading.cross - number_96;
+                number_94 = carry->run.covariance.heading.bias + OBSERVER_COVARIANCE_WALK * since_sigma;
             }
             float cross;
             float bias;
@@ -2363,29 +2698,29 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
             float bias_2;
             if (rest) {
                 /* observer_covariance.limit_bias: At rest the bias is known to 0.05 °/s (1σ), at least. */
-                const bool number_91 = number_86 > OBSERVER_COVARIANCE_REST_BIAS;
-                const bool number_92 = number_88 > OBSERVER_COVARIANCE_REST_BIAS;
-                cross = number_91 ? 0.0f : number_85;
-                bias = number_91 ? OBSERVER_COVARIANCE_REST_BIAS : number_86;
-                cross_2 = number_92 ? 0.0f : number_87;
-                bias_2 = number_92 ? OBSERVER_COVARIANCE_REST_BIAS : number_88;
+                const bool number_97 = number_92 > OBSERVER_COVARIANCE_REST_BIAS;
+                const bool number_98 = number_94 > OBSERVER_COVARIANCE_REST_BIAS;
+                cross = number_97 ? 0.0f : number_91;
+                bias = number_97 ? OBSERVER_COVARIANCE_REST_BIAS : number_92;
+                cross_2 = number_98 ? 0.0f : number_93;
+                bias_2 = number_98 ? OBSERVER_COVARIANCE_REST_BIAS : number_94;
             } else {
-                cross = number_85;
-                bias = number_86;
-                cross_2 = number_87;
-                bias_2 = number_88;
+                cross = number_91;
+                bias = number_92;
+                cross_2 = number_93;
+                bias_2 = number_94;
             }
             const float often = 2.0f / since_sigma;
             if ((corrected_by_2 & 1) != 0) {
                 /* tilt.is_present: Whether a sensor is there: an absent one is the zero vector, and so is
                  * what is too short to have a direction.
                  */
-                const float number_93 = acc_x_10 * acc_x_10 + acc_y_10 * acc_y_10 + acc_z_10 * acc_z_10;
-                if (number_93 > TILT_NO_LENGTH) {
+                const float number_99 = acc_x_10 * acc_x_10 + acc_y_10 * acc_y_10 + acc_z_10 * acc_z_10;
+                if (number_99 > TILT_NO_LENGTH) {
                     /* observer_covariance.update_covariance: After an interval of dt s, with the filter's
                      * gains for an interval of that length.
                      */
-                    const float off = OBSERVER_COVARIANCE_HALF_PER_G2 * number_93 - 0.5f;
+                    const float off = OBSERVER_COVARIANCE_HALF_PER_G2 * number_99 - 0.5f;
                     carry->run.covariance.motion = carry->run.covariance.motion
                         + since_sigma / (OBSERVER_COVARIANCE_SMOOTH + since_sigma)
                         * (off * off - carry->run.covariance.motion);
@@ -2399,10 +2734,10 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
                 const float r_5 = OBSERVER_COVARIANCE_SHAKE
                     + carry->run.covariance.motion
                     * (1.0f + rest_2 * (OBSERVER_COVARIANCE_JERK_SECONDS * often));
-                const float b = -(number_84 >= number_64 ? settings->filter.ki * since_sigma : 0.0f);
+                const float b_2 = -(number_90 >= number_70 ? settings->filter.ki * since_sigma : 0.0f);
                 carry->run.covariance.tilt.level = rest_2 * rest_2 * level + kt_5 * kt_5 * r_5;
-                carry->run.covariance.tilt.cross = rest_2 * (cross - b * level) + kt_5 * b * r_5;
-                carry->run.covariance.tilt.bias = bias - 2.0f * b * cross + b * b * (level + r_5);
+                carry->run.covariance.tilt.cross = rest_2 * (cross - b_2 * level) + kt_5 * b_2 * r_5;
+                carry->run.covariance.tilt.bias = bias - 2.0f * b_2 * cross + b_2 * b_2 * (level + r_5);
             } else {
                 carry->run.covariance.tilt.level = level;
                 carry->run.covariance.tilt.cross = cross;
@@ -2417,11 +2752,11 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
                 /* observer_covariance.update_covariance: After an interval of dt s, with the filter's gains
                  * for an interval of that length.
                  */
-                const float b_2 = -bh_2;
+                const float b_3 = -bh_2;
                 carry->run.covariance.heading.level = rest_3 * rest_3 * level_2 + kh_2 * kh_2 * r_6;
-                carry->run.covariance.heading.cross = rest_3 * (cross_2 - b_2 * level_2) + kh_2 * b_2 * r_6;
-                carry->run.covariance.heading.bias = bias_2 - 2.0f * b_2 * cross_2
-                    + b_2 * b_2 * (level_2 + r_6);
+                carry->run.covariance.heading.cross = rest_3 * (cross_2 - b_3 * level_2) + kh_2 * b_3 * r_6;
+                carry->run.covariance.heading.bias = bias_2 - 2.0f * b_3 * cross_2
+                    + b_3 * b_3 * (level_2 + r_6);
             } else {
                 carry->run.covariance.heading.level = level_2;
                 carry->run.covariance.heading.cross = cross_2;
@@ -2429,7 +2764,7 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
             }
         }
         carry->run.state.age = age;
-        carry->run.health = carry->run.health | health_8;
+        carry->run.health = carry->run.health | health_11;
         carry->sample.dt = dt;
         carry->sample.started = true;
         carry->sample.unmeasured = unmeasured_2;
@@ -2460,9 +2795,9 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
         carry->run.state.quat.x = nx * s_3;
         carry->run.state.quat.y = ny * s_3;
         carry->run.state.quat.z = nz * s_3;
-        carry->run.state.bias.x = lh_max(number_83, lh_min(x_23, limit_2));
-        carry->run.state.bias.y = lh_max(number_83, lh_min(y_23, limit_2));
-        carry->run.state.bias.z = lh_max(number_83, lh_min(z_23, limit_2));
+        carry->run.state.bias.x = lh_max(number_89, lh_min(x_23, limit_2));
+        carry->run.state.bias.y = lh_max(number_89, lh_min(y_23, limit_2));
+        carry->run.state.bias.z = lh_max(number_89, lh_min(z_23, limit_2));
         carry->run.guard.rest.bias.x = bias_x;
         carry->run.guard.rest.bias.y = bias_y;
         carry->run.guard.rest.bias.z = bias_z;
@@ -2611,6 +2946,7 @@ void lh_mahony_init(lh_mahony *filter)
     filter->settings.guard.mag_gate = 0.1f;
     filter->settings.guard.mag_angle = 10.0f;
     filter->settings.guard.mag_time = 20.0f;
+    filter->settings.guard.iron = 0.5f;
     lh_mahony_reset(filter);
 }
 
@@ -2751,13 +3087,13 @@ lh_mahony_vec3 lh_mahony_linear_acceleration(const lh_mahony *filter, const floa
 
 void lh_mahony_get_carry(const lh_mahony *filter, lh_mahony_saved *to)
 {
-    to->mark = UINT32_C(0xDBAC0897);
+    to->mark = UINT32_C(0x9B81BA40);
     to->carry = filter->carry;
 }
 
 bool lh_mahony_set_carry(lh_mahony *filter, const lh_mahony_saved *from)
 {
-    if (from->mark != UINT32_C(0xDBAC0897)) {
+    if (from->mark != UINT32_C(0x9B81BA40)) {
         return false;
     }
     filter->carry = from->carry;

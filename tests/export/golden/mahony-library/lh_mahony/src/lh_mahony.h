@@ -24,9 +24,9 @@
  *
  * RAM of one filter with its parameters:
  *
- *     64 bit (Cortex-A, x86-64)                                    584 bytes
- *     32 bit (Cortex-M, ESP32, RP2040)                             584 bytes
- *     AVR (Uno, Mega)                                              565 bytes
+ *     64 bit (Cortex-A, x86-64)                                    672 bytes
+ *     32 bit (Cortex-M, ESP32, RP2040)                             672 bytes
+ *     AVR (Uno, Mega)                                              650 bytes
  */
 #ifndef LH_MAHONY_H
 #define LH_MAHONY_H
@@ -57,6 +57,7 @@ extern "C" {
 #define LH_AID_REJECTED INT32_C(8192) /* position, velocity or height far from the prediction, not used */
 #define LH_TURN_MISSED INT32_C(16384) /* a turn was not measured, tilt is being corrected */
 #define LH_GYR_SPIKE INT32_C(32768) /* a spike of the gyroscope, not used */
+#define LH_IRON_FOUND INT32_C(65536) /* offset of a raw magnetometer found, taken off from here on */
 #endif
 
 
@@ -83,6 +84,7 @@ typedef struct {
     float mag_gate; /* disturbed: norm off the learned one by this share (at least 0) */
     float mag_angle; /* deg: disturbed: or dip off the learned one (at least 0) */
     float mag_time; /* s: disturbed: after so long it counts (at least 0) */
+    float iron; /* raw magnetometer: offset from this share of the field; 0: kept (at least 0) */
 } lh_mahony_guard;
 
 /* The user's choice: the filter's parameters, and the guard's. */
@@ -226,11 +228,40 @@ typedef struct {
     float rejected; /* s for which readings have not fitted */
 } lh_mahony_field;
 
+/* Two readings of the field. */
+typedef struct {
+    lh_mahony_vec3 first; /* µT; the zero vector: there is none */
+    lh_mahony_quat turn; /* of the sensor since then, of any length */
+    float time; /* s since then */
+} lh_mahony_pair;
+
+/* Σ AᵀA, a symmetric matrix. */
+typedef struct {
+    float xx;
+    float xy;
+    float xz;
+    float yy;
+    float yz;
+    float zz;
+} lh_mahony_information;
+
+/* The offset and its evidence. */
+typedef struct {
+    lh_mahony_pair pair;
+    lh_mahony_vec3 offset; /* µT */
+    lh_mahony_information information;
+    float before; /* µT², Σ |y|² */
+    float left; /* µT², Σ |y − A o|² with the offset from earlier pairs */
+    float pairs; /* in memory */
+    bool known; /* it is taken off */
+} lh_mahony_mag_offset;
+
 /* The guard's memory of one run of a filter. */
 typedef struct {
     lh_mahony_rest rest;
     float acc_rejected; /* s for which the specific force has not been gravity */
     lh_mahony_field field;
+    lh_mahony_mag_offset iron;
 } lh_mahony_guard_state;
 
 /* P of level and bias, symmetric. */
