@@ -45,7 +45,7 @@ PARTED = {
 }
 DRIFT = "heading has no reference there; what float rounds adds up"
 LENGTH = "the guard rejects the field one sample sooner in float (guard/field.py)"
-WIDTH = "a prior becomes wider, one block later or 0.6 % less in float (eq. 23, adaptation.widen_prior)"
+WIDTH = "a prior becomes wider, one block later or 0.6 % less in float (eq. 25, adaptation.widen_prior)"
 REASONS = {  # recording, filter, change: no decision on a tie is among them
     ("BROAD/34_disturbed_attached_magnet_3cm", "Mahony", FLOAT): LENGTH,
     ("euroc/V1_01_easy", "EKF", FLOAT): DRIFT,

@@ -279,7 +279,7 @@ def test_one_wrong_fix_does_not_turn_heading():
 
 
 def test_regression_of_heading_is_least_squares():
-    """Eq. 31 beside NumPy's solution of eq. 30, without forgetting."""
+    """Eq. 33 beside NumPy's solution of eq. 32, without forgetting."""
     rng = np.random.default_rng(5)
     push = rng.normal(size=12) + 1j * rng.normal(size=12)
     change = 0.9 * np.exp(2.5j) * push + (0.3 - 0.2j) + 0.1 * (rng.normal(size=12) + 1j * rng.normal(size=12))

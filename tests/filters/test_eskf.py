@@ -250,8 +250,8 @@ def test_nothing_but_a_magnetometer_tells_of_heading(motion):
     track = lh.fuse(recording, perfect)
     rate = recording.gyr - (0.5 - GROUP_DELAY / 0.01) * np.diff(recording.gyr, axis=0, prepend=recording.gyr[:1])
     half_turn = 0.01 / 12.0**0.5 * track.as_rotation().apply(rate - track.bias)
-    x, y, z = (track.sigma[1:] ** 2 - half_turn[1:] ** 2).T  # without the time of a reading, eq. 36
-    sigma = np.sqrt(z - x * y)  # and without the wrong vertical, eq. 39
+    x, y, z = (track.sigma[1:] ** 2 - half_turn[1:] ** 2).T  # without the time of a reading, eq. 40
+    sigma = np.sqrt(z - x * y)  # and without the wrong vertical, eq. 42
     assert sigma[-1] > 2.0 * sigma[1000]
     sigma = sigma[: int((track.sigma[1:, 2] < 1.8).argmin() or len(sigma))]  # until heading is as good as unknown
     assert len(sigma) > 2000

@@ -187,7 +187,7 @@ def test_no_attitude_is_stable_upside_down(motion):
 
 @pytest.mark.parametrize("motion", ["hand", "walking", "drone"])
 def test_a_bias_that_warms_up_is_followed(motion):
-    """By 1 deg/s in a minute; without (27) tilt is beyond 4 σ in a third of the samples, and 5° off at the end."""
+    """By 1 deg/s in a minute; without (29) tilt is beyond 4 σ in a third of the samples, and 5° off at the end."""
     sound = simulate.recording("BMI160", motion, 200.0, seed=5)
     warm = simulate.apply_fault(sound, simulate.parse_fault("bias_ramp=1@80+60")).recording
     assert sound.truth is not None
@@ -202,7 +202,7 @@ def test_a_bias_that_warms_up_is_followed(motion):
 
 
 def test_without_measurements_the_variance_of_a_bias_is_that_of_its_prior():
-    """So κ of (23) is 0 then, however fast the bias walks, and no prior is exchanged for nothing."""
+    """So κ of (25) is 0 then, however fast the bias walks, and no prior is exchanged for nothing."""
     params = lh.ESKF()
     m = init(params, ZERO, Vec3(0.0, 0.0, 9.81), ZERO).memory
     m[at.BIAS_WALK] = 1e-7
@@ -338,7 +338,7 @@ def test_half_a_turn_is_part_of_sigma():
     m = state.memory
     turn = quat.rotate(state.quat, Vec3(0.3, -0.8, 2.0))
     x, y = (state_variance(m, at.ATTITUDE + i) for i in range(2))
-    for i, variance in enumerate((x, y, state_variance(m, at.HEADING) + x * y)):  # eq. 39
+    for i, variance in enumerate((x, y, state_variance(m, at.HEADING) + x * y)):  # eq. 42
         expected = np.sqrt(variance + (0.04 * turn[i]) ** 2 / 12.0)
         assert output(params, state).sigma[i] == pytest.approx(expected, rel=1e-12)
 
@@ -349,7 +349,7 @@ def test_sigma_of_heading_is_that_of_a_bias_as_large_as_the_widest():
     state = init(lh.ESKF(), ZERO, Vec3(0.0, 0.0, 9.81), ZERO)
     m = state.memory
     first = at.PRIOR_VARIANCE + at.GYR_BIAS
-    m[at.P + at.ATTITUDE * at.ROW + at.ATTITUDE] = 0.0  # the vertical is known, eq. 39
+    m[at.P + at.ATTITUDE * at.ROW + at.ATTITUDE] = 0.0  # the vertical is known, eq. 42
 
     def heading_and_bias(prior):
         bias = 1.0 / (1.0 / prior + 1.0 / measured)

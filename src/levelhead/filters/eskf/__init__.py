@@ -22,10 +22,10 @@ room. With R̄ = ∫R dt/T, its mean velocity over T has two parts. The body vel
 first-order Gauss-Markov process. The rest is white noise of density D, found from the innovations (``adaptation``) and
 at least ``velocity_density``²:
 
-    0 = v̄ + δv + w × θ − θ_z × v − R̄ u − R̄ δu,   variance D/T                                                  (20)
+    0 = v̄ + δv + w × θ − θ_z × v − R̄ u − R̄ δu,   variance D/T                                                  (22)
 
 v̄ is the mean of v over the block, and w = v − v̄ + g T/2 what the force added since. This makes tilt observable, without
-any test whether |a| is g. The term of θ_z keeps (20) from correcting heading. The
+any test whether |a| is g. The term of θ_z keeps (22) from correcting heading. The
 frame is the gyroscope's: heading is right by definition at the start, and the field H of the surroundings may point
 anywhere in it. The part s of the field belongs to a place. The block's mean field is
 e = mean R (h − d w × h + d²/2 w × (w × h)):
@@ -37,14 +37,14 @@ not tilt the horizon: the gains of θ_x, θ_y, v and c are zero in (16) (the con
 
     0 = mean ω − S mean ω − b                                                                                  (15)
 
-A tilt known to no better than half a radian is corrected on the sphere by the mean force since then (38), and so is
+A tilt known to no better than half a radian is corrected on the sphere by the mean force since then (43), and so is
 one that a mean force contradicts which points down; a heading known to no better than a radian is that by which the
 mean field is H + s. A mean of the velocity's innovations beyond what the largest D explains is the work of a turn that
-the gyroscope missed; its variance is process noise of the next block (26).
+the gyroscope missed; its variance is process noise of the next block (28).
 
 The prior of the gyroscope's bias is wide at the start and becomes narrow within seconds; later the priors of both
 biases are widened where the measurements demand it (``adaptation``). Corrections of the gyroscope's bias that add up to
-more than their variances allow are those of a sensor that warms up; its random walk is faster then (27).
+more than their variances allow are those of a sensor that warms up; its random walk is faster then (29).
 
 The estimates of the sensor's errors are ``Track.calibration``, and can be the next run's ``prior``.
 
@@ -53,20 +53,20 @@ The estimates of the sensor's errors are ``Track.calibration``, and can be the n
 | ``state`` | the states, each block declared once; where they stand in the memory |
 | ``params`` | the parameters |
 | ``preintegration`` | (2), (3), (4), and the integrals of (7), (15) and (16) over a block |
-| ``predict`` | F (7), Q (8) to (12), (26) and (27), gaps |
-| ``covariance`` | P ← F P Fᵀ + Q, scalar measurements (13), (40), independent states |
-| ``measurements`` | (14) to (17), (20) and (41) |
-| ``adaptation`` | D (21), variance of u (12), turns (26), walk of b (27), priors (22) to (24), field (33), (34) |
+| ``predict`` | F (7), Q (8) to (12), (28) and (29), gaps |
+| ``covariance`` | P ← F P Fᵀ + Q, scalar measurements (13), (19), independent states |
+| ``measurements`` | (14) to (17), (20) and (22) |
+| ``adaptation`` | D (23), variance of u (12), turns (28), walk of b (29), priors (24) to (26), field (35), (36) |
 | ``aiding`` | position, velocity, height and standing still beside the IMU |
-| ``coarse_heading`` | heading from the velocity of a receiver (30), (31) |
-| ``known_field`` | the field of the place as a prior of H (42), (43) |
-| ``reinitialise`` | large errors of tilt (38) and heading |
-| ``north`` | north (18), and the turn of the orientation to it (35) |
+| ``coarse_heading`` | heading from the velocity of a receiver (32), (33) |
+| ``known_field`` | the field of the place as a prior of H (37), (38) |
+| ``reinitialise`` | large errors of tilt (43) and heading |
+| ``north`` | north (18), and the turn of the orientation to it (39) |
 | ``calibration`` | the estimates as plain numbers, and a prior |
-| ``sigma`` | σ: from P, and beyond it (36), (37), (39) |
+| ``sigma`` | σ: from P, and beyond it (40), (41), (42) |
 | ``filter`` | the order of all this, sample by sample |
-| ``rts`` | the smoother: what the forward run keeps, and the step back (28), (29) |
-| ``rts_aided`` | the same with position, velocity and height (32) |
+| ``rts`` | the smoother: what the forward run keeps, and the step back (30), (31) |
+| ``rts_aided`` | the same with position, velocity and height (34) |
 """
 
 from levelhead.filters.contract import Aiding, Filter, Inflation, Schedule, SelfCalibration, Settling, Smoothing

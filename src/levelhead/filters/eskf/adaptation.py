@@ -4,7 +4,7 @@
 body velocity; a low-pass filter of time constant τ makes ȳ of it. White noise of density D gives E ȳ² = D/(2 τ). With
 the variance P_vv, which explains part of it,
 
-    D = max(0, 2 τ (ȳ² − P_vv)),   averaged over ``DENSITY_TIME``,                                                (21)
+    D = max(0, 2 τ (ȳ² − P_vv)),   averaged over ``DENSITY_TIME``,                                                (23)
     within ``velocity_density``² and ``max_velocity_density``²
 
 one for the two horizontal axes, one for the vertical.
@@ -12,7 +12,7 @@ one for the two horizontal axes, one for the vertical.
 **A missed rotation.** No body moves so that ȳ² is far beyond P_vv + ``max_velocity_density``²/(2 τ). The excess over
 ``MISSED_GATE`` times that,
 
-    E = max(0, ȳ² − ``MISSED_GATE`` (P_vv + ``max_velocity_density``²/(2 τ))),                                    (26)
+    E = max(0, ȳ² − ``MISSED_GATE`` (P_vv + ``max_velocity_density``²/(2 τ))),                                    (28)
 
 is in the horizontal axes the work of a turn θ that was missed: gravity has driven v since. If that was at any time in
 the last τ, as likely as at any other, then E v² = (g θ τ)²/3 and E v θ = g θ² τ/2. But the body may turn on, and what
@@ -26,7 +26,7 @@ the variance by which it makes P smaller. Let C be their sum with the weight e^(
 V that of these variances with its square. Then E C² = V, unless the bias changes by more than its random walk, as that
 of a sensor does that warms up. The part beyond ``BIAS_GATE`` times V,
 
-    E = max(0, C² − ``BIAS_GATE`` V),   of the axis where it is largest, at most ``MOST_WALK``² · 1 s,           (27)
+    E = max(0, C² − ``BIAS_GATE`` V),   of the axis where it is largest, at most ``MOST_WALK``² · 1 s,           (29)
 
 is added to the variances of all three axes in each second: they share a chip, and the one about the vertical is often
 one that nothing measures.
@@ -35,12 +35,12 @@ one that nothing measures.
 constant τ becomes ȳ. Innovations of blocks of T seconds are white, and each has the variance P_e + D_f/T, with P_e the
 mean variance of a component that the states explain. So the density of what changes within seconds is
 
-    now = max(0, 2 τ |ȳ|²/3 − P_e T),   D_f = max(now, its mean over ``FIELD_DENSITY_TIME``, ``mag_noise``² |H|²)   (33)
+    now = max(0, 2 τ |ȳ|²/3 − P_e T),   D_f = max(now, its mean over ``FIELD_DENSITY_TIME``, ``mag_noise``² |H|²)   (35)
 
 A disturbance that lasts as long as a body stays in a place has the variance σ_s² |H|². One step of expectation
 maximisation in each block, as for body velocity,
 
-    σ_s² = mean over ``PLACE_MEMORY`` of (s_r² + P_rr + s_z² + P_zz)/(2 |H|²), at least (``mag_place``/2)²         (34)
+    σ_s² = mean over ``PLACE_MEMORY`` of (s_r² + P_rr + s_z² + P_zz)/(2 |H|²), at least (``mag_place``/2)²         (36)
 
 takes the radial and the vertical component of s alone: the azimuth contains the drift of heading, and a wrong bias
 would be taken for a bad room.
@@ -49,21 +49,21 @@ would be taken for a bad room.
 maximisation in each block.
 
 **Width of a prior.** Sensors are a mixture of calibrated and raw ones. Let s² be the
-variance that a state would have without any measurement (its prior's, and what (27) has added since), P the one that it
+variance that a state would have without any measurement (its prior's, and what (29) has added since), P the one that it
 has, and x its estimate less the prior's mean, which is 0 but with the prior of an earlier run. The measurements alone
 then give x/κ ± √(P/κ) with κ = 1 − P/s². Where even the lower end of that is beyond s,
 
-    s'² = (|x|/κ − 5 √(P/κ))²                                                                                  (23)
+    s'² = (|x|/κ − 5 √(P/κ))²                                                                                  (25)
 
 takes the place of s². The exchange is exact, correlations included: a measurement x = 0 of variance
 r = −s² s'²/(s'² − s²) takes the information 1/s² − 1/s'² away. P grows, and x goes to where it would be.
 
-The bias of a raw gyroscope turns attitude far off within seconds, where nothing is of first order and (23) comes too
+The bias of a raw gyroscope turns attitude far off within seconds, where nothing is of first order and (25) comes too
 late. So the prior of the gyroscope's bias begins with s = ``bias_uncalibrated``. The measurements shrink the volume of
 its σ ellipsoid. From det P < ``INFORMED``² s⁶ on, a narrower prior takes its place in every block up to
 ``NARROW_TIME``,
 
-    s' = max(``bias_start``, |x|/κ − √(P/κ), 0.13 times the largest of the axes),                              (22)
+    s' = max(``bias_start``, |x|/κ − √(P/κ), 0.13 times the largest of the axes),                              (24)
 
 by a measurement x = 0 of the variance r = s² s'²/(s² − s'²), which is as exact.
 """
@@ -124,7 +124,7 @@ def mean_travel(m: Floats, i: int) -> float:
 
 @kernel
 def velocity_excess(params: ESKF, m: Floats, i: int) -> float:
-    """E of eq. 26, (m/s)²; 0 along an axis with aiding, which measures velocity itself."""
+    """E of eq. 28, (m/s)²; 0 along an axis with aiding, which measures velocity itself."""
     if aiding.is_aided(m, i):
         return 0.0
     mean = m[at.MEAN_INNOVATION + i]
@@ -147,7 +147,7 @@ def is_upside_down(m: Floats) -> bool:
 
 @noinline
 def adapt_motion(params: ESKF, m: Floats) -> None:
-    """Eqs. 21 and 26, and the variance of body velocity."""
+    """Eqs. 23 and 28, and the variance of body velocity."""
     time = m[at.BLOCK_TIME]
     weight = time / (INNOVATION_TIME + time)
     excess_h = 0.0
@@ -179,7 +179,7 @@ def adapt_motion(params: ESKF, m: Floats) -> None:
 
 @kernel
 def set_density(params: ESKF, m: Floats, k: int, excess: float) -> None:
-    """Eq. 21 for the horizontal (0) or vertical (1) axes: their value now or in the mean, whichever is more."""
+    """Eq. 23 for the horizontal (0) or vertical (1) axes: their value now or in the mean, whichever is more."""
     time = m[at.BLOCK_TIME]
     now = max(0.0, 2.0 * INNOVATION_TIME * excess)
     m[at.MEAN_DENSITY + k] += time / (DENSITY_TIME + time) * (now - m[at.MEAN_DENSITY + k])
@@ -190,7 +190,7 @@ def set_density(params: ESKF, m: Floats, k: int, excess: float) -> None:
 
 @noinline
 def adapt_field(params: ESKF, m: Floats, e: Vec3, explained: float, resting: bool) -> None:
-    """Eqs. 33 and 34, from a block's mean field e and P_e, the mean over three axes of what the states explain."""
+    """Eqs. 35 and 36, from a block's mean field e and P_e, the mean over three axes of what the states explain."""
     time = m[at.BLOCK_TIME] / (AT_REST if resting else 1.0)
     h, s = vector(m, at.MEAN + at.FIELD), vector(m, at.MEAN + at.PLACE)
     off = sub(sub(e, h), s)
@@ -222,7 +222,7 @@ def note_bias(m: Floats) -> None:
 
 @noinline
 def adapt_bias_walk(m: Floats) -> None:
-    """Eq. 27, after the measurements of a block and before a prior changes."""
+    """Eq. 29, after the measurements of a block and before a prior changes."""
     left = BIAS_TIME / (BIAS_TIME + m[at.BLOCK_TIME])
     excess = 0.0
     for i in range(3):
@@ -242,14 +242,14 @@ def found_prior(m: Floats) -> Vec3:
 
 @kernel
 def prior_deviation(m: Floats, i: int) -> float:
-    """Estimate of state i less the mean of its prior, x of eq. 23."""
+    """Estimate of state i less the mean of its prior, x of eq. 25."""
     mean = m[at.PRIOR_MEAN + i] if m[at.PRIOR_SIGMA + i] > 0.0 else 0.0
     return m[at.MEAN + i] + m[at.X + i] - mean
 
 
 @kernel
 def informed_bound(m: Floats, i: int, sure: float) -> float:
-    """The size of state i by measurements alone, less ``sure`` σ, eqs. 22 and 23; 0 without information."""
+    """The size of state i by measurements alone, less ``sure`` σ, eqs. 24 and 25; 0 without information."""
     prior = m[at.PRIOR_VARIANCE + i]
     if not state_variance(m, i) < (1.0 - LEAST_INFORMATION) * prior:
         return 0.0
@@ -267,7 +267,7 @@ def widest_axis(m: Floats, first: int, sure: float) -> float:
 
 @noinline
 def narrow_prior(params: ESKF, m: Floats, n: int) -> None:
-    """Eq. 22, from when enough is known of the gyroscope's bias to half a minute after the start."""
+    """Eq. 24, from when enough is known of the gyroscope's bias to half a minute after the start."""
     x = at.P + at.GYR_BIAS * at.ROW + at.GYR_BIAS
     y = x + at.ROW
     z = y + at.ROW
@@ -289,7 +289,7 @@ def narrow_prior(params: ESKF, m: Floats, n: int) -> None:
 
 @noinline
 def widen_prior(m: Floats, n: int, first: int, most: float) -> None:
-    """Eq. 23 for the three axes of a sensor from state ``first`` on; ``most`` is the largest width."""
+    """Eq. 25 for the three axes of a sensor from state ``first`` on; ``most`` is the largest width."""
     widest = widest_axis(m, first, SURE)
     if widest > 0.0:
         for i in range(first, first + 3):
@@ -306,7 +306,7 @@ def widen_prior(m: Floats, n: int, first: int, most: float) -> None:
 
 @kernel
 def exchange_prior(m: Floats, n: int, i: int, old: float, new: float) -> None:
-    """Takes the prior variance ``old`` of state i out of x and P, and puts ``new`` into its place, eq. 24."""
+    """Takes the prior variance ``old`` of state i out of x and P, and puts ``new`` into its place, eq. 26."""
     copy(m, at.U, at.P + i * at.ROW, n)
     one = 1.0 / sqrt(old * new / (new - old) - m[at.U + i])  # 1/√−S
     gain = prior_deviation(m, i) * one

@@ -8,7 +8,7 @@ weight until the block ends: at most seven scalar measurements a block, whatever
 with a the age of the reading, v̇ the mean acceleration of the block and β the barometer's offset; z = 0 of a body on
 the ground (I. Skog, P. Händel, J.-O. Nilsson, J. Rantakokko, IEEE Trans. Biomed. Eng. 57(11), 2010), independent of
 heading and never rejected: far from it, velocity was wrong, by an impact. Position is 0 at the first reading of any
-row, until a reading of position sets it. Along an axis with recent readings eq. 20 is left out. When the readings end
+row, until a reading of position sets it. Along an axis with recent readings eq. 22 is left out. When the readings end
 it returns with a larger density: a body that moved at V for some τ = 10 s is a process of density 2 V² τ (A. Gelb,
 Applied Optimal Estimation, 1974, section 3.6: exponentially correlated), added to ``velocity_density``².
 """

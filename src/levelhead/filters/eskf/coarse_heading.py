@@ -4,13 +4,13 @@ To first order heading can be corrected by some tens of degrees only (eq. 7), an
 velocity V of the receiver changes between two fixes by the integral of the force, P = ∫ f dt, which ``ESKF`` has in an
 earth frame whose heading is off by ψ. With both as complex numbers east + i north,
 
-    ΔV = γ P + c + noise,   γ = |γ| exp(iψ)                                                                      (30)
+    ΔV = γ P + c + noise,   γ = |γ| exp(iψ)                                                                      (32)
 
 whatever ψ is (M. Wu, Y. Wu, Velocity/position integration formula, IEEE Transactions on Aerospace and Electronic
 Systems 49(2), 2013). The constant c takes what a tilt error makes of gravity. Linear regression gives, with sums of
 P and ΔV without their means,
 
-    γ = Σ P* ΔV / Σ |P|²,   s² = (Σ |ΔV|² − |γ|² Σ |P|²) / (2 n − 4),   var ψ = s² / (|γ|² Σ |P|²)                 (31)
+    γ = Σ P* ΔV / Σ |P|²,   s² = (Σ |ΔV|² − |γ|² Σ |P|²) / (2 n − 4),   var ψ = s² / (|γ|² Σ |P|²)                 (33)
 
 and |γ| is 1, or something else than heading is wrong. Sums decay with 60 s, for the gyroscope turns ψ meanwhile.
 """
@@ -32,7 +32,7 @@ LEAST_FIXES = 4.0
 LEAST_GAIN = 0.5  # of |γ|,
 MOST_GAIN = 2.0  # and at most
 CLEAR = 0.35  # rad, 1σ of ψ that is good enough for corrections of first order
-CORRELATED = 1.25  # factor of σ on (31): the contribution of tilt errors is not white
+CORRELATED = 1.25  # factor of σ on (33): the contribution of tilt errors is not white
 FAR = 5.0  # σ that a heading has to be off before one that seemed known is replaced
 LARGE_HEADING = 1.0  # rad²: a larger variance of heading cannot be corrected to first order
 
@@ -120,7 +120,7 @@ def add_block(m: Floats) -> bool:
 
 @noinline
 def regress(m: Floats) -> HeadingFit:
-    """Eq. 31."""
+    """Eq. 33."""
     n = m[at.FIX_SUMS]
     if n < LEAST_FIXES:
         return NOT_CLEAR

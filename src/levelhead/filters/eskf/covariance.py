@@ -12,7 +12,7 @@ HEADING (S. F. Schmidt, Application of State-Space Methods to Navigation Problem
 there up to FIELD take the share β of theirs (K. M. Brink, Partial-Update Schmidt–Kalman Filter, Journal of Guidance,
 Control, and Dynamics 40(9), 2017). With β_i = 0, β and 1 for the three
 
-    x_i ← x_i + β_i u_i (y − h x)/√s,   P_ij ← P_ij − (1 − (1 − β_i)(1 − β_j)) u_i u_j                           (40)
+    x_i ← x_i + β_i u_i (y − h x)/√s,   P_ij ← P_ij − (1 − (1 − β_i)(1 − β_j)) u_i u_j                           (19)
 """
 
 from math import sqrt
@@ -228,7 +228,7 @@ def update_scalar(m: Floats, n: int, innovation: float, noise: float) -> float:
 
 @noinline
 def update_partial(m: Floats, n: int, share: float, innovation: float, noise: float, bound: float) -> float:
-    """``update_scalar`` of a magnetometer, eq. 40, with the share β of the states from HEADING up to FIELD.
+    """``update_scalar`` of a magnetometer, eq. 19, with the share β of the states from HEADING up to FIELD.
 
     An innovation beyond ``bound`` σ makes r grow, so that it has the influence of one of ``bound`` σ.
     """

@@ -58,7 +58,7 @@ from levelhead.kernels.vec3 import Vec3, norm, scale
 from levelhead.units import GRAVITY
 
 LARGE_TILT = 0.25  # rad²: a larger variance of tilt cannot be corrected to first order
-READING_TIME = 1.0 / sqrt(12.0)  # of an interval, 1σ of the time that a reading is of: uniform in ± half of it, eq. 36
+READING_TIME = 1.0 / sqrt(12.0)  # of an interval, 1σ of the time that a reading is of: uniform in ± half of it, eq. 40
 GAP_SAMPLE = 1e-3  # s that the sample after a gap lasts
 
 

@@ -2,13 +2,13 @@
 
 With B_h the level part of the known field and B_z its upward one, both with the σ that buildings and ground give it,
 
-    B_z = H_z,   variance σ²                                                                                     (42)
-    √(B_h² − P_tt) = dᵀ H,   variance σ² + P_tt²/(2 B_h²)                                                        (43)
+    B_z = H_z,   variance σ²                                                                                     (37)
+    √(B_h² − P_tt) = dᵀ H,   variance σ² + P_tt²/(2 B_h²)                                                        (38)
 
 d is the direction of the level part of H and P_tt its variance across d: E |H|² is (dᵀ H)² + P_tt. An H whose azimuth
-is unknown, P_tt > B_h², learns nothing from (43). As d turns and P_tt shrinks, the information of the old (43) is
-taken out of x and P, and that of the new one takes its place: the exchange is exact, as that of a prior (24). The
-prior corrects the field and the magnetometer alone, β = 0 in (40): it turns no orientation.
+is unknown, P_tt > B_h², learns nothing from (38). As d turns and P_tt shrinks, the information of the old (38) is
+taken out of x and P, and that of the new one takes its place: the exchange is exact, as that of a prior (26). The
+prior corrects the field and the magnetometer alone, β = 0 in (19): it turns no orientation.
 """
 
 from math import sqrt
@@ -66,7 +66,7 @@ def take_out(m: Floats, n: int, innovation: float, noise: float) -> None:
 
 @kernel
 def level_innovation(m: Floats, east: float, north: float, target: float) -> float:
-    """Innovation of (43) along a direction, whose row it sets."""
+    """Innovation of (38) along a direction, whose row it sets."""
     m[at.H + at.FIELD] = east
     m[at.H + at.FIELD + 1] = north
     return target - east * m[at.MEAN + at.FIELD] - north * m[at.MEAN + at.FIELD + 1]
@@ -74,7 +74,7 @@ def level_innovation(m: Floats, east: float, north: float, target: float) -> flo
 
 @noinline
 def update_known_field(params: ESKF, m: Floats, n: int) -> None:
-    """(42) once, and (43) as often as it has changed."""
+    """(37) once, and (38) as often as it has changed."""
     level, up = m[at.KNOWN_LEVEL], m[at.KNOWN_UP]
     sigma2 = params.field_sigma * params.field_sigma * (level * level + up * up)
     if m[at.KNOWN_UP_SET] == 0.0:

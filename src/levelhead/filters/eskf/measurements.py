@@ -1,4 +1,4 @@
-"""Measurement updates of ``ESKF`` at the end of a block: velocity, zero rate and magnetic field, eqs. 14 to 20, 41."""
+"""Measurement updates of ``ESKF`` at the end of a block: velocity, zero rate and magnetic field, eqs. 14 to 22, 20."""
 
 from math import sqrt
 
@@ -50,7 +50,7 @@ def may_stand(m: Floats, i: int) -> bool:
 
 @kernel
 def velocity_variance(params: ESKF, m: Floats, resting: bool, i: int) -> float:
-    """Variance of the mean velocity of a block along axis i, (m/s)², r of eqs. 14 and 20."""
+    """Variance of the mean velocity of a block along axis i, (m/s)², r of eqs. 14 and 22."""
     if resting and may_stand(m, i):
         return REST_SPEED * REST_SPEED
     return (m[at.DENSITY + (1 if i == 2 else 0)] + aiding.aided_density(m, i)) / m[at.BLOCK_TIME]
@@ -58,7 +58,7 @@ def velocity_variance(params: ESKF, m: Floats, resting: bool, i: int) -> float:
 
 @kernel
 def set_force_columns(m: Floats, i: int) -> None:
-    """The elements of tilt in row i of eq. 20, w × θ: the error of the mean velocity less that at the end.
+    """The elements of tilt in row i of eq. 22, w × θ: the error of the mean velocity less that at the end.
 
     w is the integral of the force to the end of the block, less the mean of this integral over the block.
     """
@@ -73,7 +73,7 @@ def set_force_columns(m: Floats, i: int) -> None:
 
 @noinline
 def update_velocity(params: ESKF, m: Floats, resting: bool, n: int) -> None:
-    """Measures along each axis without aiding that mean velocity is body velocity, eq. 20, or zero at rest, eq. 14.
+    """Measures along each axis without aiding that mean velocity is body velocity, eq. 22, or zero at rest, eq. 14.
 
     This has no direction, and must not correct heading: a turn by θ_z changes v by θ_z × v, which the rows of east and
     north leave out. The influence of a single block is bounded (P. J. Huber, Robust Statistics, 1981): beyond
@@ -148,7 +148,7 @@ def field_noise(params: ESKF, m: Floats, resting: bool) -> float:
 
 @kernel
 def known_share(m: Floats, size2: float, one: float) -> float:
-    """β = 1/(1 + q²) with q = σ_o²/(|H|/4)², eq. 41, from |H|² and 1 over the number of the block's samples.
+    """β = 1/(1 + q²) with q = σ_o²/(|H|/4)², eq. 20, from |H|² and 1 over the number of the block's samples.
 
     σ_o² is the variance of the offset's level part, the mean of east and north.
     """

@@ -8,7 +8,7 @@ surroundings may point anywhere in it. With its level part (H_x, H_y) north is a
 clockwise from y. The orientation that comes out is turned about the vertical by ν, which follows α with
 ``north_rate`` beyond σ_α, and the more slowly the nearer within:
 
-    ν ← ν + sgn(α − ν) min(|α − ν|, ``north_rate`` T min(1, |α − ν|/σ_α))                                      (35)
+    ν ← ν + sgn(α − ν) min(|α − ν|, ``north_rate`` T min(1, |α − ν|/σ_α))                                      (39)
 
 In the first second of a field ν is α. With ``north_rate`` = 0 it stays so, and heading is relative to this start. With
 aiding that has a direction the frame is the earth's, and ν is zero.
@@ -63,7 +63,7 @@ def north_of(m: Floats) -> North:
 
 @noinline
 def point_north(params: ESKF, m: Floats) -> None:
-    """Eqs. 18 and 35 at the end of a block."""
+    """Eqs. 18 and 39 at the end of a block."""
     x, y = m[at.MEAN + at.FIELD], m[at.MEAN + at.FIELD + 1]
     m[at.NORTH] = atan2(x, y)
     m[at.NORTH_VARIANCE] = north_variance(m, at.P, x, y)

@@ -1,4 +1,4 @@
-"""Prediction of ``ESKF`` over a block of samples: F (eq. 7), Q (eqs. 8 to 12, 26 and 27), and what a gap does."""
+"""Prediction of ``ESKF`` over a block of samples: F (eq. 7), Q (eqs. 8 to 12, 28 and 29), and what a gap does."""
 
 from math import pi, sqrt
 
@@ -122,7 +122,7 @@ def add_process_noise(params: ESKF, m: Floats, resting: bool, n: int) -> None:
     walk_inertial(params, m, 1.0)
     faster = m[at.BIAS_WALK] * time
     add_variance(m, at.GYR_BIAS, 3, faster)
-    for i in range(at.GYR_BIAS, at.GYR_BIAS + 3):  # or P would come near the variance of the prior, eq. 24
+    for i in range(at.GYR_BIAS, at.GYR_BIAS + 3):  # or P would come near the variance of the prior, eq. 26
         m[at.PRIOR_VARIANCE + i] += faster
     decay_travel(params, m, time)
     if n > at.N_MAGNETIC:
@@ -136,7 +136,7 @@ def add_process_noise(params: ESKF, m: Floats, resting: bool, n: int) -> None:
 
 @noinline
 def add_missed_turn(m: Floats, n: int) -> None:
-    """Q of a missed turn or force by the velocity, eq. 26, with the velocity that the turn has caused.
+    """Q of a missed turn or force by the velocity, eq. 28, with the velocity that the turn has caused.
 
     A turn about the vertical takes the error of velocity along, or velocity would seem to measure heading. It may be as
     large as both others together.

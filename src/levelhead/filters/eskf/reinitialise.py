@@ -6,7 +6,7 @@ the estimate of then: g T upwards and a change of velocity, which is the less of
 vector ρ that brings F to the vertical, and r its variance (of a start, of the forces of a body that turns, of that
 change of velocity), the estimate of then is rotated by
 
-    θ = ρ/(1 + r k),   of variance r/(1 + r k),   k = 1/σ₀² − 1/``UNKNOWN``²                                   (38)
+    θ = ρ/(1 + r k),   of variance r/(1 + r k),   k = 1/σ₀² − 1/``UNKNOWN``²                                   (43)
 
 k is the information in it: nothing is left of an estimate of which nothing was known, and one of which something was
 known moves by its share. As F grows with each block, θ takes the place of the one before until tilt is known by it.
@@ -54,14 +54,14 @@ def rotation_to_vertical(force: Vec3) -> Quat:
 
 @kernel
 def forget_lost_force(m: Floats) -> None:
-    """Tilt is known: the next time that it is lost, F of eq. 38 begins anew."""
+    """Tilt is known: the next time that it is lost, F of eq. 43 begins anew."""
     for i in range(at.LOST_FORCE, at.LOST_VARIANCE):
         m[i] = 0.0
 
 
 @kernel
 def add_lost_force(m: Floats, upside_down: bool) -> None:
-    """Adds the block to F of eq. 38; notes σ₀² with the first one: nothing is known where gravity contradicts."""
+    """Adds the block to F of eq. 43; notes σ₀² with the first one: nothing is known where gravity contradicts."""
     if m[at.ADDED_VARIANCE] > LARGE_TURN:
         forget_lost_force(m)
     if upside_down:
@@ -76,13 +76,13 @@ def add_lost_force(m: Floats, upside_down: bool) -> None:
 
 @kernel
 def lost_turn(m: Floats) -> Quat:
-    """The rotation θ of eq. 38 in force."""
+    """The rotation θ of eq. 43 in force."""
     return quat.exp(Vec3(m[at.LOST_TURN], m[at.LOST_TURN + 1], 0.0))
 
 
 @kernel
 def turn_lost_force(m: Floats, turn: Quat) -> None:
-    """Takes F and θ of eq. 38 along as heading is turned."""
+    """Takes F and θ of eq. 43 along as heading is turned."""
     m[at.LOST_FORCE], m[at.LOST_FORCE + 1], m[at.LOST_FORCE + 2] = quat.rotate(turn, vector(m, at.LOST_FORCE))
     m[at.LOST_TURN], m[at.LOST_TURN + 1], _ = quat.rotate(turn, Vec3(m[at.LOST_TURN], m[at.LOST_TURN + 1], 0.0))
 
@@ -107,7 +107,7 @@ def note_rotation(m: Floats, rotation: Quat) -> None:
 
 @noinline
 def reinitialise_tilt(params: ESKF, m: Floats, upside_down: bool) -> Quat:
-    """Returns the rotation that brings the estimate from the θ of eq. 38 in force to the next one.
+    """Returns the rotation that brings the estimate from the θ of eq. 43 in force to the next one.
 
     Sets σ of attitude and velocity.
     """

@@ -5,8 +5,8 @@ from P_k, and the correction x_k+1. With A = P⁻_k+1, B = F P_k and x^s the cor
 follows (H. E. Rauch, F. Tung, C. T. Striebel, Maximum likelihood estimates of linear dynamic systems, AIAA Journal
 3(8), 1965):
 
-    G = Bᵀ A⁻¹,   d = x_k+1 + x^s_k+1                                                                          (28)
-    x^s_k = G d,   P^s_k = P_k + G (P^s_k+1 − A) Gᵀ                                                            (29)
+    G = Bᵀ A⁻¹,   d = x_k+1 + x^s_k+1                                                                          (30)
+    x^s_k = G d,   P^s_k = P_k + G (P^s_k+1 − A) Gᵀ                                                            (31)
 
 and with the Cholesky factor A = Rᵀ R
 
@@ -15,7 +15,7 @@ and with the Cholesky factor A = Rᵀ R
 All operations are on rows, which vector instructions take; of a symmetric matrix the upper triangle is kept, factorized
 and combined. Without a magnetometer fewer states exist, and rows are shorter. A state without variance, or one of which
 the past contains no information, has a column of zeros in G, and is left out. After a reinitialisation of the attitude,
-velocity and attitude are left out of (28); the calibration still goes backwards through it. ``rts_aided`` is the same
+velocity and attitude are left out of (30); the calibration still goes backwards through it. ``rts_aided`` is the same
 with position.
 """
 
@@ -227,7 +227,7 @@ def undo_velocity_turn(blocks: Floats, after: int, m: Floats) -> None:
 
 @kernel
 def load_offset(blocks: Floats, after: int, m: Floats) -> None:
-    """OFF = d of eq. 28."""
+    """OFF = d of eq. 30."""
     for j in range(at.N):
         m[OFF + j] = blocks[after + BLOCK_X + j] + m[SMOOTHED + j]
 
@@ -279,7 +279,7 @@ def factorize(m: Floats, restart: bool) -> None:
 
 @kernel
 def solve(m: Floats) -> None:
-    """Gᵀ of eq. 28, from Rᵀ Y = B and R Gᵀ = Y."""
+    """Gᵀ of eq. 30, from Rᵀ Y = B and R Gᵀ = Y."""
     for j in range(N):
         if m[FACTOR + j * at.ROW + j] != 0.0:
             subtract_rows(m, GAIN + j * at.ROW, FACTOR + j, at.ROW, GAIN, at.ROW, j, N)
@@ -294,7 +294,7 @@ def solve(m: Floats) -> None:
 
 @kernel
 def smooth_covariance(m: Floats) -> None:
-    """The second half of eq. 29: of symmetric matrices the upper triangle is computed."""
+    """The second half of eq. 31: of symmetric matrices the upper triangle is computed."""
     for i in range(N):
         row, product = AHEAD + i * at.ROW, PRODUCT + i * at.ROW
         for j in range(i, N):
@@ -312,7 +312,7 @@ def smooth_covariance(m: Floats) -> None:
 
 @kernel
 def combine(m: Floats) -> None:
-    """Eq. 29."""
+    """Eq. 31."""
     for i in range(at.ROW):
         m[SMOOTHED + i] = 0.0
         m[OFF + i] = -m[OFF + i]
@@ -322,7 +322,7 @@ def combine(m: Floats) -> None:
 
 @noinline
 def step_back(m: Floats, restart: bool) -> None:
-    """Eqs. 28 and 29: from AHEAD, GAIN = B, LATER, NOW = P_k and OFF to SMOOTHED and NOW."""
+    """Eqs. 30 and 31: from AHEAD, GAIN = B, LATER, NOW = P_k and OFF to SMOOTHED and NOW."""
     factorize(m, restart)
     solve(m)
     combine(m)

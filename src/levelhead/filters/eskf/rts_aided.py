@@ -2,10 +2,10 @@
 
 A block's transition is S F S with S of half a step of position, p ← p + v T/2, so that rows of position differ as well:
 
-    B_v = F P_k,   B_p = P_p + T/2 (P_v + B_v)                                                                  (32)
+    B_v = F P_k,   B_p = P_p + T/2 (P_v + B_v)                                                                  (34)
 
 F itself is kept, not F P: what a first reading sets between two blocks has no past, and a row of zeros in B. A heading
-that waits for a receiver's velocity is found by regression (30), and too far off for a correction of first order. So
+that waits for a receiver's velocity is found by regression (32), and too far off for a correction of first order. So
 the forward run is done again from a start that is turned by what was found, with ``KNOWN_HEADING`` as its 1σ.
 """
 
@@ -148,7 +148,7 @@ def keep(state: State, blocks: Floats, first: int) -> None:
 
 @noinline
 def predict_cross(blocks: Floats, after: int, m: Floats) -> None:
-    """GAIN = B of eq. 32, from NOW = P_k and the block behind it, which is kept from ``after`` on."""
+    """GAIN = B of eq. 34, from NOW = P_k and the block behind it, which is kept from ``after`` on."""
     copy(m, rts.GAIN, rts.NOW, rts.WHOLE)
     for i in range(at.ROW):
         if blocks[after + BLOCK_LASTING + i] == 0.0:
@@ -226,7 +226,7 @@ def is_set(blocks: Floats, first: int, i: int) -> bool:
 
 
 def offline(params: ESKF) -> ESKF:
-    """The parameters as they are: regression (30) takes a fix for one of the block's end, and longer blocks than online
+    """The parameters as they are: regression (32) takes a fix for one of the block's end, and longer blocks than online
     turned the heading of somebody walking by 180°. Plain Python.
     """
     return params._replace(north_rate=0.0)
