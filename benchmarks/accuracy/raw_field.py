@@ -143,8 +143,8 @@ def main() -> None:
     parser.add_argument("--jobs", type=int, default=1, help="processes (default 1)")
     given = parser.parse_args()
     every = list(cases(given.places))
-    if not every:
-        raise LevelheadError("no recording there has a reference and a magnetometer")
+    if all(case.path is None for case in every):
+        raise LevelheadError(f"{given.places[0]}: no recording with a reference and a magnetometer")
     done = run_tasks(measure, every, given.jobs, lambda _: None)
     results: dict[str, list[Errors]] = defaultdict(list)
     for case in every:

@@ -25,7 +25,8 @@ def columns(path):
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    "more", [(), ("--filter", "Mahony", "--map", "mag=mag", "--declination", "3"), ("--guard", "off")]
+    "more",
+    [(), ("--filter", "Mahony", "--no-first-pass", "--map", "mag=mag", "--declination", "3"), ("--guard", "off")],
 )
 def test_the_track_of_one_piece(levelhead, log, tmp_path, more, monkeypatch):
     kind = ("--format", "parquet", "--no-plot")

@@ -40,7 +40,7 @@ def test_a_replay_into_a_black_box_is_what_fuse_makes_of_the_file(levelhead, log
     assert said.code == 0 and said.json["samples"] == 800
     done = levelhead("fuse", box, "--no-plot", "-o", tmp_path, "--json")
     assert done.code == 0 and done.json["filter"].startswith("Mahony")
-    levelhead("fuse", logs / "nine.npz", "--filter", "Mahony", "--no-plot", "-o", tmp_path)
+    levelhead("fuse", logs / "nine.npz", "--filter", "Mahony", "--no-first-pass", "--no-plot", "-o", tmp_path)
     ours, theirs = (
         np.genfromtxt(tmp_path / f"{name}-track.csv", delimiter=",", names=True) for name in ("box", "nine")
     )

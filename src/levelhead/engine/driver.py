@@ -20,7 +20,7 @@ from levelhead.filters.health import ACC_REJECTED, IRON_FOUND, MAG_LEARNED
 from levelhead.filters.observer_covariance import ObserverCovariance, initial_covariance, update_covariance
 from levelhead.filters.observer_covariance import sigma as observer_sigma
 from levelhead.filters.parameters import Params
-from levelhead.guard import NO_SAMPLES, Gated, Guard, GuardState, gate_force, is_accelerating
+from levelhead.guard import NO_SAMPLES, Gated, Guard, GuardState, gate_force, is_accelerating, set_field
 from levelhead.guard.field import initial_field
 from levelhead.guard.rest import is_resting
 from levelhead.guard.rest import update_rest as update_bias_at_rest
@@ -161,9 +161,8 @@ def start(settings: Settings, sample: ConditionedSample, run: FilterRun) -> Filt
     """At the first sample, and at every sample until the first accelerometer reading."""
     params, _ = settings
     state = hooks.restart(params, run.state, sample.gyr, sample.acc, sample.mag)
-    rest, rejected, _, iron = NO_SAMPLES
     estimate: Output = hooks.output(params, state)
-    gates = GuardState(rest, rejected, initial_field(up(estimate.quat), sample.mag), iron)
+    gates = set_field(NO_SAMPLES, initial_field(up(estimate.quat), sample.mag))
     return FilterRun(
         state=state, health=sample.health, guard=gates, covariance=initial_covariance(sample.acc, sample.mag)
     )
@@ -176,12 +175,12 @@ def update_rest(settings: Settings, sample: ConditionedSample, run: FilterRun) -
     state, health, gates = run.state, run.health, run.guard
     covariance = run.covariance
     estimate: Output = hooks.output(params, state)
-    rest, rejected, field, iron = gates
     own = estimate.bias if hooks.TAKES_BIAS else ZERO
-    rest = update_bias_at_rest(guard, rest, own, sample.detected.means, sample.detected.sums.time)
+    rest = update_bias_at_rest(guard, gates.rest, own, sample.detected.means, sample.detected.sums.time)
     if is_resting(guard, rest):
         state = hooks.at_rest(params, state)
-    return FilterRun(state=state, health=health, guard=GuardState(rest, rejected, field, iron), covariance=covariance)
+    gates = GuardState(rest=rest, acc_rejected=gates.acc_rejected, field=gates.field, iron=gates.iron)
+    return FilterRun(state=state, health=health, guard=gates, covariance=covariance)
 
 
 @noinline

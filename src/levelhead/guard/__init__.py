@@ -43,7 +43,21 @@ class Gated(NamedTuple):
     state: GuardState
 
 
-NO_SAMPLES = GuardState(Rest(time=0.0, bias=ZERO, moved=False, known=False), 0.0, NO_FIELD, NO_IRON)
+NO_SAMPLES = GuardState(
+    rest=Rest(time=0.0, bias=ZERO, moved=False, known=False), acc_rejected=0.0, field=NO_FIELD, iron=NO_IRON
+)
+
+
+@kernel
+def set_field(state: GuardState, field: Field) -> GuardState:
+    """The state with this field."""
+    return GuardState(rest=state.rest, acc_rejected=state.acc_rejected, field=field, iron=state.iron)
+
+
+@kernel
+def reject_force(state: GuardState, seconds: float) -> GuardState:
+    """The state in which the specific force has not been gravity for so long."""
+    return GuardState(rest=state.rest, acc_rejected=seconds, field=state.field, iron=state.iron)
 
 
 @kernel
@@ -68,14 +82,13 @@ def gate_force(
     ``acc_angle`` from the vertical that the filter predicts."""
     if not is_present(acc):
         return state
-    rest, rejected, field, iron = state
     if not far_from_g:
-        return GuardState(rest, 0.0, field, iron)
+        return reject_force(state, 0.0)
     x, y, z = acc
     a, b, c = predict_up(attitude, gyr, dt)
     cosine = 1.0 - 0.5 * guard.acc_angle * guard.acc_angle * (DEGREE * DEGREE)
     off = a * x + b * y + c * z < sqrt(x * x + y * y + z * z) * cosine
-    return GuardState(rest, rejected + dt if off else 0.0, field, iron)
+    return reject_force(state, state.acc_rejected + dt if off else 0.0)
 
 
 @kernel
@@ -88,19 +101,16 @@ def gate(guard: Guard, state: GuardState, attitude: Quat, gyr: Vec3, mag: Vec3, 
     if is_resting(guard, state.rest):
         health = AT_REST
     if GATES_FIELD and guard.iron > 0.0:
-        rest, rejected, field, iron = state
-        known = iron.known
-        iron = update_iron(guard, iron, quat.up(attitude), gyr, mag, dt)
+        field, iron = state.field, update_iron(guard, state.iron, quat.up(attitude), gyr, mag, dt)
         if iron.known and is_present(mag):
             mag = sub(mag, iron.offset)
-            if not known:
+            if not state.iron.known:
                 health |= IRON_FOUND
                 field = NO_FIELD
-        state = GuardState(rest, rejected, field, iron)
+        state = GuardState(rest=state.rest, acc_rejected=state.acc_rejected, field=field, iron=iron)
     if GATES_FIELD and is_present(mag):
-        rest, rejected, field, iron = state
-        field = update_field(guard, field, predict_up(attitude, gyr, dt), mag, dt)
-        state = GuardState(rest, rejected, field, iron)
+        field = update_field(guard, state.field, predict_up(attitude, gyr, dt), mag, dt)
+        state = set_field(state, field)
         if field.rejected > 0.0:
             health |= MAG_REJECTED
             mag = ZERO
@@ -109,4 +119,4 @@ def gate(guard: Guard, state: GuardState, attitude: Quat, gyr: Vec3, mag: Vec3, 
     return Gated(mag, health, state)
 
 
-__all__ = ["NO_SAMPLES", "Gated", "Guard", "GuardState", "gate", "gate_force", "is_accelerating"]
+__all__ = ["NO_SAMPLES", "Gated", "Guard", "GuardState", "gate", "gate_force", "is_accelerating", "set_field"]

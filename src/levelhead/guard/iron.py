@@ -73,7 +73,7 @@ NO_TURN = Quat(1.0, 0.0, 0.0, 0.0)
 NO_IRON = MagOffset(
     pair=Pair(ZERO, NO_TURN, 0.0),
     offset=ZERO,
-    information=Information(PRIOR, 0.0, 0.0, PRIOR, 0.0, PRIOR),
+    information=Information(xx=PRIOR, xy=0.0, xz=0.0, yy=PRIOR, yz=0.0, zz=PRIOR),
     before=0.0,
     left=0.0,
     pairs=0.0,
@@ -102,6 +102,24 @@ def turn_pair(pair: Pair, gyr: Vec3, dt: float) -> Pair:
 
 
 @kernel
+def start_pair(iron: MagOffset, pair: Pair) -> MagOffset:
+    """The same offset and evidence with another pair."""
+    return MagOffset(
+        pair=pair, offset=iron.offset, information=iron.information, before=iron.before, left=iron.left,
+        pairs=iron.pairs, known=iron.known,
+    )  # fmt: skip
+
+
+@kernel
+def believe(iron: MagOffset) -> MagOffset:
+    """The offset is taken off from here on."""
+    return MagOffset(
+        pair=iron.pair, offset=iron.offset, information=iron.information, before=iron.before, left=iron.left,
+        pairs=iron.pairs, known=True,
+    )  # fmt: skip
+
+
+@kernel
 def is_complete(pair: Pair, dt: float) -> bool:
     """Whether a pair ends with this reading, ``dt`` seconds after the sample before."""
     return abs(pair.turn.w) < TURN or has_elapsed(pair.time, dt, LONGEST)
@@ -110,17 +128,16 @@ def is_complete(pair: Pair, dt: float) -> bool:
 @kernel
 def add_turn(information: Information, weight: float, v: Vec3) -> Information:
     """The information with (2) of one more turn; the prior is not forgotten."""
-    a, b, c, d, e, f = information
     x, y, z = v
     four = 4.0 * weight
     square = x * x + y * y + z * z
     return Information(
-        KEEP * a + LEAK + four * (square - x * x),
-        KEEP * b - four * x * y,
-        KEEP * c - four * x * z,
-        KEEP * d + LEAK + four * (square - y * y),
-        KEEP * e - four * y * z,
-        KEEP * f + LEAK + four * (square - z * z),
+        xx=KEEP * information.xx + LEAK + four * (square - x * x),
+        xy=KEEP * information.xy - four * x * y,
+        xz=KEEP * information.xz - four * x * z,
+        yy=KEEP * information.yy + LEAK + four * (square - y * y),
+        yz=KEEP * information.yz - four * y * z,
+        zz=KEEP * information.zz + LEAK + four * (square - z * z),
     )
 
 
@@ -166,7 +183,7 @@ def end_pair(guard: Guard, iron: MagOffset, up: Vec3, mag: Vec3) -> MagOffset:
     before, left, pairs = iron.before, iron.left, iron.pairs
     pair = Pair(mag, NO_TURN, 0.0)
     if not is_present(first) or abs(turn.w) > LEAST_TURN:
-        return MagOffset(pair, offset, information, before, left, pairs, iron.known)
+        return start_pair(iron, pair)
     back = quat.conjugate(turn)
     change = sub(mag, quat.rotate(back, first))
     error = sub(sub(mag, offset), quat.rotate(back, sub(first, offset)))
@@ -189,8 +206,7 @@ def end_pair(guard: Guard, iron: MagOffset, up: Vec3, mag: Vec3) -> MagOffset:
     )
     level = covariance.xx + covariance.yy + covariance.zz - dot(up, mat3.apply(covariance, up))
     variance = found.left / (3.0 * found.pairs) * level  # the vertical part does not turn heading
-    known = iron.known or is_certain(guard, found, variance, mag)
-    return MagOffset(pair, found.offset, found.information, found.before, found.left, found.pairs, known)
+    return found if iron.known or not is_certain(guard, found, variance, mag) else believe(found)
 
 
 @kernel
@@ -198,7 +214,7 @@ def update_iron(guard: Guard, iron: MagOffset, up: Vec3, gyr: Vec3, mag: Vec3, d
     """After a sample of ``dt`` seconds: the vertical in the sensor frame, mean rate (rad/s), and a reading (µT) or the
     zero vector."""
     pair = turn_pair(iron.pair, gyr, dt)
-    iron = MagOffset(pair, iron.offset, iron.information, iron.before, iron.left, iron.pairs, iron.known)
+    iron = start_pair(iron, pair)
     if is_present(mag) and is_complete(pair, dt):
         return end_pair(guard, iron, up, mag)
     return iron

@@ -76,15 +76,15 @@ def begin_stance() -> StanceState:
     still = StanceNoise(STANDING[0] * STANDING[0], STANDING[1] * STANDING[1])
     moving = StanceNoise(MOVING[0] * MOVING[0], MOVING[1] * MOVING[1])
     return StanceState(
-        NOTHING, NOTHING, NOTHING, NOTHING, NOTHING, NOTHING, still, moving, stood=-1.0, swung=0.0, begins=False,
-        sigma=0.0,
+        first=NOTHING, second=NOTHING, third=NOTHING, fourth=NOTHING, fifth=NOTHING, now=NOTHING, still=still,
+        moving=moving, stood=-1.0, swung=0.0, begins=False, sigma=0.0,
     )  # fmt: skip
 
 
 @kernel
 def add_sums(a: Sums, b: Sums) -> Sums:
     """Both parts together."""
-    return Sums(add(a.force, b.force), a.force2 + b.force2, a.rate2 + b.rate2, a.time + b.time)
+    return Sums(force=add(a.force, b.force), force2=a.force2 + b.force2, rate2=a.rate2 + b.rate2, time=a.time + b.time)
 
 
 @kernel
@@ -117,7 +117,7 @@ def step_stance(stance: StanceState, gyr: Vec3, acc: Vec3, dt: float) -> StanceS
     )  # fmt: skip
     if has_elapsed(now.time, dt, PART):
         first, second, third, fourth, fifth, now = second, third, fourth, fifth, now, NOTHING
-    now = add_sums(now, Sums(scale(acc, dt), dt * dot(acc, acc), dt * dot(gyr, gyr), dt))
+    now = add_sums(now, Sums(force=scale(acc, dt), force2=dt * dot(acc, acc), rate2=dt * dot(gyr, gyr), time=dt))
     window = add_sums(add_sums(add_sums(first, second), add_sums(third, fourth)), add_sums(fifth, now))
     one = 1.0 / max(window.time, 1e-9)
     turn = one * window.rate2
@@ -141,6 +141,6 @@ def step_stance(stance: StanceState, gyr: Vec3, acc: Vec3, dt: float) -> StanceS
         moving = at_least(moving, still, 4.0)
     sigma = ARM * sqrt(still.gyr * max(1.0, LASTING / max(dt, 1e-9))) if stands else 0.0
     return StanceState(
-        first, second, third, fourth, fifth, now, still, moving, stood=stood,
-        swung=0.0 if lasts else stance.swung + dt, begins=begins, sigma=sigma,
+        first=first, second=second, third=third, fourth=fourth, fifth=fifth, now=now, still=still, moving=moving,
+        stood=stood, swung=0.0 if lasts else stance.swung + dt, begins=begins, sigma=sigma,
     )  # fmt: skip

@@ -46,7 +46,7 @@ class ESKF(NamedTuple):
         float, nonnegative("µT", "strength of the earth's field at the place; 0: unknown", 22.0, 67.0)
     ] = 0.0
     field_dip: Annotated[
-        float, Param("deg", "dip of this field, below the horizon", -90.0, 90.0, sweep=(-90.0, 90.0))
+        float, Param("deg", "dip of this field, below the horizon", low=-90.0, high=90.0, sweep=(-90.0, 90.0))
     ] = 0.0
     field_sigma: Annotated[
         float, positive("", "1σ of a part of it by buildings and ground, share of the strength", 0.01, 0.5)

@@ -1009,14 +1009,15 @@ static LH_RARE void iron_end_pair(const Guard *guard, MagOffset *iron, float up_
         /* vec3.dot: a·b */
         const float strength = number_18 * number_18 + number_19 * number_19 + number_20 * number_20;
         const float size = number_11 * number_11 + number_12 * number_12 + number_13 * number_13;
+        if (!(iron->known || !(number_16 > IRON_PAIRS && number_14 > IRON_GAIN * number_15
+            && size > guard->iron * guard->iron * strength
+            && size > IRON_LEAST_SIGMAS * IRON_LEAST_SIGMAS * variance
+            && variance < IRON_MOST_SIGMA * IRON_MOST_SIGMA * strength))) {
+            iron->known = true;
+        }
         iron->before = number_14;
         iron->left = number_15;
         iron->pairs = number_16;
-        iron->known = iron->known
-            || (number_16 > IRON_PAIRS && number_14 > IRON_GAIN * number_15
-            && size > guard->iron * guard->iron * strength
-            && size > IRON_LEAST_SIGMAS * IRON_LEAST_SIGMAS * variance
-            && variance < IRON_MOST_SIGMA * IRON_MOST_SIGMA * strength);
         iron->offset.x = number_11;
         iron->offset.y = number_12;
         iron->offset.z = number_13;
