@@ -81,6 +81,7 @@ class _Substitution:
             item.indices = tuple(indices)
         elif isinstance(item, Call):
             item.arguments = list(self.of(item.arguments))
+            item.reads = dict(zip(item.reads, self.of(item.reads.values()), strict=True))
             for node in item.results:
                 self._move(node)
         elif isinstance(item, Loop):
