@@ -4,7 +4,14 @@ import numpy as np
 import pytest
 
 import levelhead as lh
-from levelhead.engine.full_scale import NO_APPROACH, mean_beyond, update_approach, variance_beyond
+from levelhead.engine.full_scale import (
+    NO_APPROACH,
+    Approach,
+    mean_beyond,
+    unmeasured_angle,
+    unmeasured_velocity,
+    update_approach,
+)
 from levelhead.evaluate.attitude_error import error_quaternion, split_error
 from levelhead.guard.detectors import NO_SAMPLES
 from levelhead.kernels.vec3 import Vec3
@@ -49,7 +56,24 @@ def test_no_more_is_added_than_is_read():
 
 
 def test_sigma_is_a_share_of_what_is_missed():
-    assert variance_beyond(Vec3(30.0, 40.0, 0.0), 0.3) == pytest.approx((0.4 * 50.0 * 0.3**2 / 6.0) ** 2)
+    beyond = Approach(Vec3(0.0, 0.0, 0.0), Vec3(30.0, 40.0, 0.0), 0.3)
+    assert unmeasured_angle(beyond, 0.0) == pytest.approx((0.4 * 50.0 * 0.3**2 / 6.0) ** 2)
+    assert unmeasured_velocity(beyond, 0.3) == pytest.approx((50.0 * 0.3**2 / 6.0) ** 2)
+
+
+def test_parts_of_a_variance_add_up_to_it():
+    slope, none = Vec3(30.0, 40.0, 0.0), Vec3(0.0, 0.0, 0.0)
+    parts = [unmeasured_velocity(Approach(none, slope, 0.1 * k), 0.1) for k in (1, 2, 3)]
+    assert sum(parts) == pytest.approx(unmeasured_velocity(Approach(none, slope, 0.3), 0.3))
+
+
+def test_a_force_beyond_full_scale_makes_the_vertical_less_sure():
+    """The same readings, with a full scale that is known and with one that is far away."""
+    recording = run()
+    clipped, whole = (lh.fuse(recording, guard=lh.Guard(acc_range=most)) for most in (FULL, 1000.0))
+    assert clipped.sigma is not None and whole.sigma is not None
+    running = recording.t > 20.0
+    assert clipped.sigma[running, :2].mean() > 1.1 * whole.sigma[running, :2].mean()
 
 
 def run():

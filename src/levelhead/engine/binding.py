@@ -107,6 +107,7 @@ def _hooks(flt: Filter, guarded: bool, name: str) -> driver.Hooks:
         driver.hooks,
         name,
         OWN_SIGMA=flt.gains is None,
+        HAS_VELOCITY=inflation is not None and inflation.velocity is not None,
         TAKES_BIAS="bias" not in flt.handles,
         init=flt.init,
         step=flt.step,
@@ -117,6 +118,7 @@ def _hooks(flt: Filter, guarded: bool, name: str) -> driver.Hooks:
         gains=flt.gains,
         inflate=inflation and inflation.attitude,
         inflate_heading=inflation and inflation.heading,
+        inflate_velocity=inflation and inflation.velocity,
         at_rest=flt.at_rest,
         gate=with_globals(guard.gate, name, GATES_FIELD="field" not in flt.handles) if guarded else None,
     )

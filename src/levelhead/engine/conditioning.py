@@ -9,7 +9,7 @@ from typing import NamedTuple, Protocol
 
 from levelhead.compiler.hooks import declare
 from levelhead.compiler.mark import kernel
-from levelhead.engine.full_scale import NO_APPROACH, Approach, mean_beyond, update_approach, variance_beyond
+from levelhead.engine.full_scale import NO_APPROACH, Approach, mean_beyond, unmeasured_angle, update_approach
 from levelhead.filters.health import (
     ACC_MISSING,
     ACC_STUCK,
@@ -253,7 +253,7 @@ def measure_rate(
     if health & GYR_SATURATED or health & RATE_UNUSABLE == 0:
         rate = update_approach(before, gyr, extreme, dt)
     if rate.time > 0.0:
-        unmeasured = variance_beyond(rate.slope, rate.time) - variance_beyond(rate.slope, before.time)
+        unmeasured = unmeasured_angle(rate, before.time)
         rate_age = rate.time
         gyr = add(gyr, mean_beyond(rate, dt))
     elif dt <= GAP_SECONDS and health & RATE_UNUSABLE == 0:

@@ -15,6 +15,7 @@ from typing import NamedTuple, Protocol
 from levelhead.compiler.hooks import declare
 from levelhead.compiler.mark import kernel, noinline
 from levelhead.engine.conditioning import NO_SAMPLE, ConditionedSample, condition, sigma_due
+from levelhead.engine.full_scale import unmeasured_velocity
 from levelhead.filters.contract import FilterState, Gains, NavState, Output
 from levelhead.filters.health import ACC_REJECTED, IRON_FOUND, MAG_LEARNED
 from levelhead.filters.observer_covariance import ObserverCovariance, initial_covariance, update_covariance
@@ -63,6 +64,7 @@ class Hooks(Protocol):
     """
 
     OWN_SIGMA: bool  # the filter's output has σ, so the driver computes none
+    HAS_VELOCITY: bool  # the filter has a velocity: lanes are of filters without one
     TAKES_BIAS: bool  # the bias read off at rest is subtracted before the filter gets the rate
 
     @staticmethod
@@ -114,6 +116,12 @@ class Hooks(Protocol):
     @kernel
     def inflate_heading(params: Params, state: FilterState, variance: float) -> FilterState:
         """The state with ``variance`` (rad²) added to that of its heading only."""
+        return state
+
+    @staticmethod
+    @kernel
+    def inflate_velocity(params: Params, state: FilterState, variance: float) -> FilterState:
+        """The state with ``variance`` (m²/s²) added to that of its velocity."""
         return state
 
     @staticmethod
@@ -194,6 +202,16 @@ def inflate(settings: Settings, sample: ConditionedSample, run: FilterRun) -> Fi
         guard=gates,
         covariance=covariance,
     )
+
+
+@noinline
+def inflate_velocity(settings: Settings, sample: ConditionedSample, run: FilterRun) -> FilterRun:
+    """At a specific force beyond full scale, for a filter that has a velocity."""
+    state, health, gates = run.state, run.health, run.guard
+    covariance = run.covariance
+    variance = unmeasured_velocity(sample.force, sample.dt)
+    state = hooks.inflate_velocity(settings.filter, state, variance)
+    return FilterRun(state=state, health=health, guard=gates, covariance=covariance)
 
 
 @kernel
@@ -305,6 +323,8 @@ def advance(settings: Settings, carry: Carry, gyr: Vec3, acc: Vec3, mag: Vec3, d
         run = update_rest(settings, sample, run)
     if sample.unmeasured > 0.0:
         run = inflate(settings, sample, run)
+    if hooks.HAS_VELOCITY and sample.force.time > 0.0:
+        run = inflate_velocity(settings, sample, run)
     if sample.detected.far_from_g or sample.detected.was_far:
         run = gate_acceleration(settings, sample, run)
     else:

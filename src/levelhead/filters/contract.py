@@ -73,13 +73,14 @@ class Schedule(NamedTuple):
 
 
 class Inflation(NamedTuple):
-    """How a filter's uncertainty is enlarged where the sensor may have turned unmeasured: each adds a variance (rad²).
+    """How a filter's uncertainty is enlarged by what was not measured: each adds a variance, the first two in rad².
 
     A covariance grows by it; a running mean of the readings starts again.
     """
 
     attitude: KernelFunction  # (params, state, variance) -> state: about each of the three axes
     heading: KernelFunction | None = None  # (params, state, variance) -> state: about the vertical only
+    velocity: KernelFunction | None = None  # the same in m²/s², of each component
 
 
 # Rows of an aiding measurement: the first of three axes (east, north, up), or the only one

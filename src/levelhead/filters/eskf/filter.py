@@ -305,6 +305,13 @@ def inflate_heading(params: ESKF, state: State, variance: float) -> State:
 
 
 @kernel
+def inflate_velocity(params: ESKF, state: State, variance: float) -> State:
+    """Adds a variance (m²/s²) to each component of velocity at the end of the block."""
+    state.memory[at.ADDED_VELOCITY_VARIANCE] += variance
+    return state
+
+
+@kernel
 def at_rest(params: ESKF, state: State) -> State:
     """The guard has found the sensor at rest: the block will measure a zero rate."""
     return State(

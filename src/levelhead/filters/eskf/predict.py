@@ -118,6 +118,7 @@ def add_process_noise(params: ESKF, m: Floats, resting: bool, n: int) -> None:
     blow = m[at.INT_ACC2] / (IMPACT * IMPACT * time)
     force += SHAKEN * SHAKEN * m[at.INT_ACC2]
     force += min(blow * blow, 1.0) * m[at.INT_ACC2] * time
+    force += m[at.ADDED_VELOCITY_VARIANCE]
     add_variance(m, at.VELOCITY, 3, force + UNMEASURED_ACC * UNMEASURED_ACC * without * time)
     walk_inertial(params, m, 1.0)
     faster = m[at.BIAS_WALK] * time

@@ -180,7 +180,7 @@ static const float ELAPSED_SLACK = 0.38196602f; /* of an interval: (3 − √5)/
 
 /* of the full scale: an axis that reads so much is clipped, if any is */
 static const float FULL_SCALE_AT_FULL_SCALE = 0.97f;
-static const float FULL_SCALE_CLIPPED_SHARE = 0.4f; /* 1σ of what is beyond full scale, as a share of it */
+static const float FULL_SCALE_RATE_SHARE = 0.4f; /* 1σ of the angle beyond full scale, as a share of it */
 /* of a slope is that of the next sample: the one that reaches full scale is cut off */
 static const float FULL_SCALE_LEAST_SLOPE = 0.8f;
 static const float FULL_SCALE_STEEPER = 2.0f; /* at most */
@@ -1849,15 +1849,14 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
         float last_z_7;
         float unmeasured_2;
         if (carry->sample.rate.time > 0.0f) {
-            /* full_scale.variance_beyond: u² s², variance of the integral of what is beyond, time seconds
+            /* full_scale.squared_excess: u² s², square of the integral a T²/6 of what is beyond, time seconds
              * after full scale was reached.
              */
-            const float missed = FULL_SCALE_CLIPPED_SHARE * carry->sample.rate.time * carry->sample.rate.time
-                / 6.0f;
+            const float missed = carry->sample.rate.time * carry->sample.rate.time / 6.0f;
             const float number_37 = carry->sample.rate.slope.x * carry->sample.rate.slope.x
                 + carry->sample.rate.slope.y * carry->sample.rate.slope.y
                 + carry->sample.rate.slope.z * carry->sample.rate.slope.z;
-            const float missed_2 = FULL_SCALE_CLIPPED_SHARE * time_2 * time_2 / 6.0f;
+            const float missed_2 = time_2 * time_2 / 6.0f;
             carry->sample.rate.last.x = last_x_6;
             carry->sample.rate.last.y = last_y_6;
             carry->sample.rate.last.z = last_z_6;
@@ -1866,7 +1865,8 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
             last_x_7 = last_x_5 + mean_beyond_2.x;
             last_y_7 = last_y_5 + mean_beyond_2.y;
             last_z_7 = last_z_5 + mean_beyond_2.z;
-            unmeasured_2 = missed * missed * number_37 - missed_2 * missed_2 * number_37;
+            unmeasured_2 = FULL_SCALE_RATE_SHARE * FULL_SCALE_RATE_SHARE
+                * (missed * missed * number_37 - missed_2 * missed_2 * number_37);
         } else {
             float last_x_8;
             float last_y_8;
