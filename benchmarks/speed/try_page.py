@@ -4,7 +4,7 @@
 Chromium draws on the processor. "read" begins with the file, when Python runs already, and ends with the answer of the
 worker; "open" ends with the charts on the screen. "slider" is one step of a drag in the lesson until it is on the
 screen. Each figure stands beside a fixed amount of work of one core, timed in the same turn: where others use the
-machine, the ratio holds.
+machine, the ratio holds. A site without the page that needs Python (``index.html``) is measured without it.
 """
 
 import shutil
@@ -27,6 +27,7 @@ READ = "() => document.getElementById('state').textContent.startsWith('The filte
 SHOWN = "() => document.body.dataset.ready === 'true'"
 DRAG = f"""(share) => {{ const bar = document.querySelector('#parameter-gyr_noise'), began = performance.now();
   bar.value = share * bar.max; bar.dispatchEvent(new Event('input')); return {DRAWN}; }}"""
+PAGES = {"Python": "index.html", "plain columns": "plain.html"}
 PIECE = 10_000  # rows that are simulated, and repeated
 
 
@@ -70,10 +71,10 @@ def drag(browser: Any, url: str) -> float:
     return max(steps)
 
 
-def turn(browser: Any, url: str, log: Path, small: Path) -> dict[str, float]:
+def turn(browser: Any, url: str, pages: dict[str, str], log: Path, small: Path) -> dict[str, float]:
     """One look at each page; seconds."""
     found = {"work": work()}
-    for name, page in (("Python", ""), ("plain columns", "plain.html")):
+    for name, page in pages.items():
         found |= {f"{part}, {name}": spent for part, spent in open_log(browser, url + page, log, small).items()}
     return found | {"slider": drag(browser, url)}
 
@@ -89,6 +90,7 @@ def main() -> None:
     given = parser.parse_args()
     if not (given.site / "plain.html").is_file():
         raise LevelheadError(f"{given.site} holds no plain.html; expected the folder that make try wrote")
+    pages = {name: page for name, page in PAGES.items() if (given.site / page).is_file()}
     with (
         tempfile.TemporaryDirectory() as folder,
         serve_folder(given.site) as url,
@@ -98,7 +100,7 @@ def main() -> None:
         write_log(log, given.rows)
         write_log(small, PIECE)
         browser = one.chromium.launch(executable_path=shutil.which("chromium"), args=["--no-sandbox", "--disable-gpu"])
-        turns = [turn(browser, url, log, small) for _ in range(given.turns)]
+        turns = [turn(browser, url, pages, log, small) for _ in range(given.turns)]
         browser.close()
     columns = {"what": "part", "seconds": "median [s]", "least": "least [s]", "work": "by a fixed work"}
     rows = [
