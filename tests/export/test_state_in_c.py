@@ -112,3 +112,32 @@ def test_position_height_and_what_was_learned_are_those_of_python(recording):
             np.testing.assert_allclose(
                 np.array(getattr(learned, f"{block.name}_sigma")), np.ravel(quantity.sigma), rtol=1e-14
             )
+
+
+def test_the_walk_of_a_foot_is_that_of_a_gait_stream():
+    """To the bit: a walk's stances, σ, and position by their zero velocities; a sample is lost."""
+    c = built(CONFIGS[0])
+    walk = lh.simulate.observe(lh.simulate.foot(6), lh.simulate.imu("LSM6DSO32"), seed=3)
+    gyr, acc, dt = walk.gyr.copy(), walk.acc.copy(), float(np.median(np.diff(walk.t)))
+    gyr[500] = np.nan
+    filter, stance, expected = c.start(), ctypes.create_string_buffer(1024), lh.GaitStream()
+    c.function("begin_stance")(stance)
+    update, stand = c.function("update"), c.function("update_stance")
+    stand.restype = ctypes.c_double
+    stood = 0
+    for rate, force in zip(gyr, acc, strict=True):
+        kept = [np.ascontiguousarray(row) for row in (rate, force)]
+        readings = [ctypes.c_void_p(row.ctypes.data) for row in kept]
+        assert update(filter, *readings, None, ctypes.c_double(dt))
+        sigma = stand(stance, *readings, ctypes.c_double(dt))
+        if sigma > 0.0:
+            assert c.function("update_zero_velocity")(filter, ctypes.c_double(sigma), ctypes.c_double(0.0))
+        nav = expected.update(rate, force, dt=dt)
+        assert (sigma > 0.0) == expected.standing
+        stood += sigma > 0.0
+    assert stood > 100
+    place = c.function("position")
+    place.restype = Nav
+    found = place(filter)
+    for name in NavState._fields[:4]:
+        assert list(getattr(found, name)) == list(getattr(nav, name)), name

@@ -1,14 +1,19 @@
 """C3D: rigid bodies of markers against the rotation that moved them, analog channels, what is written, and refusals."""
 
+import json
+import re
 import subprocess
 import sys
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
 import levelhead as lh
+from levelhead.cli import main
 from levelhead.publish.joint_files import write_joint
+from levelhead.sources.formats.npz import write_npz
 
 ezc3d = pytest.importorskip("ezc3d", reason="ezc3d is not installed (extra levelhead[c3d])")
 
@@ -154,3 +159,18 @@ def test_a_file_without_readings_is_one_sentence(tmp_path, kind):
     assert len(done.stderr.strip().splitlines()) == 2 and "Traceback" not in done.stderr  # and the page of its family
     if kind == "markers":
         assert "4 markers and no analog channels" in done.stderr
+
+
+def test_markers_are_the_truth_of_a_log(tmp_path, capsys):
+    """In any mounting, heading and clock: the errors are small, and the note has the delay."""
+    true = lh.simulate.recording("ICM-20948", "hand", duration=30.0, rate=RATE, seed=2)
+    bare = replace(true, truth=None, mag=None)
+    write_npz(bare, tmp_path / "imu.npz")
+    mounted = Rotation.from_euler("xyz", [0.0, 90.0, 30.0], degrees=True)
+    turned = Rotation.from_euler("z", 50.0, degrees=True) * Rotation.from_quat(true.truth.quat, scalar_first=True)
+    walk = write(tmp_path / "walk.c3d", {"": (turned * mounted)[50:2500]})
+    words = ["compare", str(tmp_path / "imu.npz"), "-f", "ESKF", "--json", "--truth", f"{walk}:TH1,TH2,TH3"]
+    assert main(words) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found["filters"][0]["score"]["tilt"] < 1.0
+    assert 495.0 < float(re.search(r"([\d.]+) ms early", found["truth"])[1]) < 505.0  # the gyroscope is late

@@ -23,6 +23,7 @@ from levelhead.cli.options import (
     read_parameters,
     require_writable,
 )
+from levelhead.errors import LevelheadError
 
 if TYPE_CHECKING:
     from levelhead.recording import Recording
@@ -57,6 +58,7 @@ def compare(
             "with rad in its name. May be given several times.",
         ),
     ] = (),
+    truth: Annotated[str | None, Parameter(metavar="FILE:NAME")] = None,
     tuned: FromFile = None,
     calibration: CalibrationFile = None,
     guard: GuardWords = (),
@@ -72,6 +74,8 @@ def compare(
         simulate: Use a simulation instead of a log: lesson, hard (the lesson with 10° noise and a bias that walks 0.1
             °/s), or a motion (hand, walking, drone, robot, still) with an MPU-6050.
         seed: Seed of the simulation; 42 for the lessons, 0 otherwise.
+        truth: The true orientation from another file, such as motion capture: FILE.c3d:MARKER,MARKER,MARKER of a rigid
+            body, FILE.sto:SENSOR, or quaternion columns, mocap.csv:q. Clock, frames and mounting are found.
         out: Folder for the picture compare.png; without it, no picture is drawn.
         json: Print the table as JSON.
     """
@@ -86,6 +90,7 @@ def compare(
     if out is not None:
         require_writable(out)
     recording = log_or_simulation(log, simulate, seed, reading, calibration)
+    recording, note = _with_truth(recording, truth)
     from levelhead.evaluate import compare as run
     from levelhead.evaluate.external_track import Angle
     from levelhead.publish.progress import progress
@@ -107,10 +112,40 @@ def compare(
         picture = folder(out) / "compare.png"
         lesson_picture(comparison, picture)
     if json:
-        print_json(comparison.to_dict() | {"written": [str(picture)] if picture else []})
+        print_json(
+            comparison.to_dict() | ({"truth": note} if note else {}) | {"written": [str(picture)] if picture else []}
+        )
         return
     print_table(comparison)
+    if note:
+        print_line(note)
     print_line(_picture_line(picture, out))
+
+
+def _with_truth(recording: "Recording", name: str | None) -> "tuple[Recording, str]":
+    """The recording with the orientation in another file as its truth, and how the two were aligned; None: its own."""
+    if name is None:
+        return recording, ""
+    from levelhead.evaluate.reference import with_reference
+    from levelhead.publish.progress import progress
+
+    reference = _read_truth(name)
+    with progress("aligning the truth"):
+        whole, found = with_reference(recording, reference)
+    return whole, f"Truth of {name}, aligned with the smoothed recording: {found}"
+
+
+def _read_truth(name: str) -> "Track":
+    from levelhead.sources import orientation
+    from levelhead.sources.named_track import named_track
+
+    file, _, column = name.rpartition(":")
+    if Path(name).is_file() or not file or not column:
+        raise LevelheadError(
+            f"--truth {name} names no orientation; expected FILE:COLUMN, such as mocap.csv:q, "
+            "FILE.c3d:MARKER,MARKER,MARKER or FILE.sto:SENSOR"
+        )
+    return named_track(Path(name)) or orientation(file, column)
 
 
 def _picture_line(picture: Path | None, out: Path | None) -> str:

@@ -14,6 +14,7 @@ from levelhead.export.layout import STEP, join_lines, template
 from levelhead.export.procedures import like
 from levelhead.filters.contract import HEIGHT, POSITION, VELOCITY, ZERO_VELOCITY, NavState
 from levelhead.guard import Guard
+from levelhead.guard.stance import StanceState, begin_stance, step_stance
 from levelhead.kernels import correction, quat
 from levelhead.kernels.vec3 import ZERO
 from levelhead.units import DEGREE, GRAVITY
@@ -43,6 +44,8 @@ class ImuApi(CApi):
             types.publish(kind or FLOAT)
         if "place" in self.program.procedures:
             types.publish(types.struct(NavState))
+            types.public_names[types.struct(StanceState)] = "stance"
+            types.publish(types.struct(StanceState))
         if config.corrects:
             types.publish(types.struct(correction.Readings))
         if config.corrections is not None:
@@ -60,6 +63,8 @@ class ImuApi(CApi):
             kept.append(type(self._carry.run.state))
         if self.config.corrections is not None:
             kept.append(correction.SensorErrors)
+        if self.config.flt.aiding is not None:
+            kept.append(StanceState)
         return [*kept, correction.Readings] if self.config.corrects else kept
 
     def _roots(self) -> Iterator[Root]:
@@ -78,6 +83,8 @@ class ImuApi(CApi):
             row = Operand("const", (), "int", 0)
             yield Root("aid", bound.update_aiding, [settings, carry, row, *[number] * 3], fixed=self._fixed())
             yield Root("place", config.flt.aiding.nav_state, [settings.get("filter"), run.get("state")])
+            homes = {StanceState: Place("stance", ())}
+            yield Root("stand", step_stance, [like(begin_stance()), vector, vector, number], homes=homes)
         yield Root("euler", quat.to_euler, [like(quat.IDENTITY)])
         if config.corrections is not None:
             yield Root("corrected", correction.correct_readings, [like(config.corrections.errors), *[vector] * 3])
@@ -104,15 +111,23 @@ class ImuApi(CApi):
         """The text of the calls for position, velocity and height."""
         row = {"row": "row", "value": "value", "deviation": "sigma", "age": "age"}
         places = {"params": "filter->settings.filter", "state": "filter->carry.run.state", "nav_state": "found"}
+        vectors = {f"{name}_{axis}": f"{name}[{i}]" for name in ("gyr", "acc") for i, axis in enumerate("xyz")}
         turns = frame.aiding_lines(self.config.frame, f"{self.name}_nav_state", self.config.real, self.number)
         return turns | {
             "aid": self.program.call("aid", PLACES, row),
             "place": self.program.call("place", places),
+            "begin_stance": self._begin_stance(),
+            "stand": self.program.call("stand", {"stance": "*stance"}, vectors | {"dt": "dt"}).replace("&*", ""),
             "position": POSITION,
             "velocity": VELOCITY,
             "zero_velocity": ZERO_VELOCITY,
             "height": HEIGHT,
         }
+
+    def _begin_stance(self) -> str:
+        kind = self.program.types.struct(StanceState)
+        lines = join_lines(self.assign(begin_stance(), kind, "*stance", "stance"))
+        return lines.replace("*stance.", "stance->").rstrip()
 
     def _gaps(self) -> dict[str, object]:
         readings = {f"{name}_{axis}": f"{name}[{i}]" for name in sensor.READINGS for i, axis in enumerate("xyz")}

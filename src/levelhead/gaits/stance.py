@@ -58,7 +58,7 @@ def find_stances(recording: Recording) -> Stance:
     rate = recording.rate
     force, turn = _window_squares(recording)
     usable = np.isfinite(force)
-    still, moving = np.array(STANDING), np.array(MOVING)
+    still, moving = np.sqrt(STANDING), np.sqrt(MOVING)
     standing = np.zeros(len(recording), bool)
     runs, statistic = np.empty((0, 2), np.intp), np.full(len(recording), np.inf)
     for _ in range(ROUNDS):
@@ -70,7 +70,7 @@ def find_stances(recording: Recording) -> Stance:
         for first, last in runs[1:-1]:
             between[first:last] = last - first <= LONGEST * rate
         if between.any():
-            still = np.maximum(np.sqrt([force[between].mean() / 3.0, turn[between].mean() / 3.0]), LEAST)
+            still = np.maximum(np.sqrt([force[between].mean() / 3.0, turn[between].mean() / 3.0]), np.sqrt(LEAST))
         swing = usable & ~standing
         if swing.any():
             moving = np.maximum(np.sqrt([force[swing].mean() / 3.0, turn[swing].mean() / 3.0]), 2.0 * still)

@@ -23,9 +23,6 @@ from levelhead.kernels.vec3 import ZERO, Vec3, add, dot, norm, scale
 from levelhead.units import DEGREE, GRAVITY
 
 WINDOW = 0.1  # s
-STANDING = (0.15, 6.0 * DEGREE)  # m/s² and rad/s, of a walker's foot at first
-LEAST = (0.01, 0.1 * DEGREE)  # of a stance without noise
-MOVING = (9.0, 150.0 * DEGREE)
 MEMORY = 3.0  # s of stance, or of swing, over which the noises are averaged
 LONGEST = 1.5  # s, of a stance between two strides
 SHORTEST = 0.06  # s
@@ -48,6 +45,11 @@ class StanceNoise(NamedTuple):
 
     acc: float  # (m/s²)²
     gyr: float  # (rad/s)²
+
+
+STANDING = StanceNoise(0.15**2, (6.0 * DEGREE) ** 2)  # of a walker's foot at first
+MOVING = StanceNoise(9.0**2, (150.0 * DEGREE) ** 2)
+LEAST = StanceNoise(0.01**2, (0.1 * DEGREE) ** 2)  # of a stance without noise
 
 
 class StanceState(NamedTuple):
@@ -73,11 +75,9 @@ NOTHING = Sums(force=ZERO, force2=0.0, rate2=0.0, time=0.0)
 @kernel
 def begin_stance() -> StanceState:
     """Before the first sample."""
-    still = StanceNoise(STANDING[0] * STANDING[0], STANDING[1] * STANDING[1])
-    moving = StanceNoise(MOVING[0] * MOVING[0], MOVING[1] * MOVING[1])
     return StanceState(
-        first=NOTHING, second=NOTHING, third=NOTHING, fourth=NOTHING, fifth=NOTHING, now=NOTHING, still=still,
-        moving=moving, stood=-1.0, swung=0.0, begins=False, sigma=0.0,
+        first=NOTHING, second=NOTHING, third=NOTHING, fourth=NOTHING, fifth=NOTHING, now=NOTHING, still=STANDING,
+        moving=MOVING, stood=-1.0, swung=0.0, begins=False, sigma=0.0,
     )  # fmt: skip
 
 
@@ -137,7 +137,7 @@ def step_stance(stance: StanceState, gyr: Vec3, acc: Vec3, dt: float) -> StanceS
             moving = follow(moving, found, share)
         elif stood < LONGEST:  # who waits is quieter than a stance
             still = follow(still, found, share)
-        still = at_least(still, StanceNoise(LEAST[0] * LEAST[0], LEAST[1] * LEAST[1]), 1.0)
+        still = at_least(still, LEAST, 1.0)
         moving = at_least(moving, still, 4.0)
     sigma = ARM * sqrt(still.gyr * max(1.0, LASTING / max(dt, 1e-9))) if stands else 0.0
     return StanceState(

@@ -56,7 +56,7 @@ def _track(table: Table, column: str, hints: Hints) -> Track:
 
 def _on_clock(table: Table, positions: Sequence[int], hints: Hints) -> tuple[Array, list[Array]]:
     """The recording's stamps (n,), and the columns (n,) at those positions."""
-    roles = assign(table.names, hints.map, table.source, frozenset(hints.scale))
+    roles = assign(table.names, hints.map, table.source, frozenset(hints.scale), needed=())
     times = roles.columns.get("t", ())
     sensors = {i for role in ("gyr", "acc", "mag") for i in roles.columns.get(role, ())}
     columns = table.read(sorted({*positions, *times, *sensors}), frozenset(times))

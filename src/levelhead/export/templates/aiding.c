@@ -53,3 +53,14 @@ ${name}_nav_state ${name}_position(const $name *filter)
     $place;
 ${turned}    return found;
 }
+
+void ${name}_begin_stance(${name}_stance *stance)
+{
+$begin_stance
+}
+
+$real ${name}_update_stance(${name}_stance *stance, const $real gyr[3], const $real acc[3], $real dt)
+{
+    $stand;
+    return stance->sigma;
+}

@@ -10,3 +10,8 @@ bool ${name}_update_height($name *filter, $real height, $real sigma, $real age);
 
 /* Position and velocity, and their 1 sigma. */
 ${name}_nav_state ${name}_position(const $name *filter);
+
+/* Whether the foot of a walker stands, with the sensor on the shoe: before the first sample, and with a sample (rad/s,
+ * m/s², s). The answer is 1 sigma of a zero velocity in m/s, for update_zero_velocity with age 0; 0: the foot moves. */
+void ${name}_begin_stance(${name}_stance *stance);
+$real ${name}_update_stance(${name}_stance *stance, const $real gyr[3], const $real acc[3], $real dt);

@@ -114,8 +114,8 @@ FORMATS = (
         "MVNX", (".mvnx",), mvnx.tables, "", "Xsens MVN", "readings of sensors; each by --sensor", "segments, joints",
     ),
     Format(
-        "C3D", (".c3d",), c3d.tables, "c3d", "motion capture", "analog channels; markers by `levelhead joint`",
-        "rotations, events, force plates",
+        "C3D", (".c3d",), c3d.tables, "c3d", "motion capture",
+        "analog channels; markers by `levelhead joint` and `compare --truth`", "rotations, events, force plates",
     ),
     Format(
         "workbook", (".xlsx", ".xls", ".ods"), workbook.tables, "formats", "phyphox, spreadsheets",

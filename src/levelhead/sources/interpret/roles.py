@@ -24,6 +24,7 @@ from levelhead.sources.names.column_name import Name, holds_gravity, split, unde
 _USER = re.compile("user|linear", re.IGNORECASE)  # acceleration without the gravity beside it
 _MINUS = re.compile(r"\s*[-−]\s*[^\W\d]")  # before a name; "- 1" is none
 _SENSORS = ("gyr", "acc", "mag")
+NEEDED = ("gyr", "acc")  # without which a log is no recording
 _EXAMPLE = {"gyr": "gyr_x, gyr_y, gyr_z", "acc": "acc_x, acc_y, acc_z"}
 
 
@@ -61,19 +62,20 @@ def assign(
     context: str = "",
     filled: frozenset[int] | None = None,
     stamps: frozenset[int] = frozenset(),
+    needed: Sequence[str] = NEEDED,
 ) -> Roles:
     """The role of each column.
 
     ``hints`` is the map of ``sources.hints``: a role with no names is left out. The roles in ``unit_known`` may have
     any unit in their names, because a hint gives theirs. ``sensor`` is a word that the names of the wanted unit of
     sensors share; ``context`` is what the file or sheet is called; ``filled`` are the positions of columns that hold
-    numbers at all, ``stamps`` those of columns of dates.
+    numbers at all, ``stamps`` those of columns of dates; ``needed`` are the sensors without which it refuses.
 
     Of several sets of columns for one sensor the plainest is taken: not the linear, filtered, raw or uncalibrated one;
     of several sensors the first; both are noted. ``columns["t"]`` holds all candidates for the time.
 
     Raises:
-        LevelheadError: no gyroscope, no accelerometer, an axis or a hinted column that is not there, units that differ
+        LevelheadError: a sensor that is needed, an axis or a hinted column that is not there, units that differ
             between axes.
     """
     known = [understand(name, context) for name in names]
@@ -90,7 +92,7 @@ def assign(
     columns |= {"gravity": gravity} if gravity and "acc" not in hints else {}
     columns |= _flags(known)
     _disjoint(columns, names, source)
-    _complete(columns, names, source)
+    _complete(columns, names, source, needed)
     units = _units(columns, unit_known, names, source)
     conclusions = tuple(
         _plainest(role, group, groups[role], sensor) for role, group in chosen.items() if len(groups[role]) > 1
@@ -476,8 +478,8 @@ def _disjoint(columns: Mapping[str, tuple[int, ...]], names: Sequence[str], sour
             seen[i] = role
 
 
-def _complete(columns: Mapping[str, tuple[int, ...]], names: Sequence[str], source: str) -> None:
-    for role in ("gyr", "acc"):
+def _complete(columns: Mapping[str, tuple[int, ...]], names: Sequence[str], source: str, needed: Sequence[str]) -> None:
+    for role in needed:
         if role not in columns:
             listed = ", ".join(name for name in names[:12] if name) + (", …" if len(names) > 12 else "")
             angles = [name for name in names if name.lower() in ("roll", "pitch", "yaw")]
