@@ -26,6 +26,7 @@ from levelhead.cli.options import (
 from levelhead.errors import LevelheadError
 
 if TYPE_CHECKING:
+    from levelhead.evaluate import Comparison
     from levelhead.recording import Recording
     from levelhead.track import Track
 
@@ -105,21 +106,23 @@ def compare(
     angles = {name: Angle(*reading.angle(log, name.removeprefix(COLUMN))) for name in columns}
     with progress("comparing") as report:
         comparison = run(recording, chosen, tracks=tracks, angles=angles, guard=before, progress=report)
-    picture = None
-    if out is not None and recording.truth is not None and can_draw():
-        from levelhead.publish.plots import lesson_picture
-
-        picture = folder(out) / "compare.png"
-        lesson_picture(comparison, picture)
+    picture = _draw(comparison, out)
     if json:
-        print_json(
-            comparison.to_dict() | ({"truth": note} if note else {}) | {"written": [str(picture)] if picture else []}
-        )
+        print_json(comparison.to_dict() | {"truth": note.strip(), "written": [str(picture)] if picture else []})
         return
     print_table(comparison)
-    if note:
-        print_line(note)
-    print_line(_picture_line(picture, out))
+    print_line(note + _picture_line(picture, out))
+
+
+def _draw(comparison: "Comparison", out: Path | None) -> Path | None:
+    """The picture in a folder; None without one, without truth or without the library."""
+    if out is None or comparison.recording.truth is None or not can_draw():
+        return None
+    from levelhead.publish.plots import lesson_picture
+
+    picture = folder(out) / "compare.png"
+    lesson_picture(comparison, picture)
+    return picture
 
 
 def _with_truth(recording: "Recording", name: str | None) -> "tuple[Recording, str]":
@@ -132,7 +135,7 @@ def _with_truth(recording: "Recording", name: str | None) -> "tuple[Recording, s
     reference = _read_truth(name)
     with progress("aligning the truth"):
         whole, found = with_reference(recording, reference)
-    return whole, f"Truth of {name}, aligned with the smoothed recording: {found}"
+    return whole, f"Truth of {name}, aligned with the smoothed recording: {found}\n"
 
 
 def _read_truth(name: str) -> "Track":
