@@ -150,14 +150,14 @@ def test_a_node_is_followed_steered_and_recorded_and_its_silence_is_grey(look, t
     try:
         page = look(server.url)
         eventually(lambda: command in page.inner_text("#starts"))
-        assert page.get_attribute(".scene", "data-state") == "invalid"
+        eventually(lambda: page.get_attribute(".scene", "data-state") == "invalid")  # the body comes after the charts
         runs.start()
         eventually(lambda: not page.locator("#starts").is_visible())
         eventually(lambda: page.locator("#chart-yaw").count() == 1)
         stamp = page.get_attribute("#status", "data-stamp")
         assert abs(float(stamp) / 1000.0 - time.time()) < PATIENCE
         eventually(lambda: page.get_attribute("#status", "data-stamp") != stamp)
-        assert page.get_attribute(".scene", "data-state") == "valid"
+        eventually(lambda: page.get_attribute(".scene", "data-state") == "valid")
         page.locator("#parameter-beta").focus()
         for _ in range(5):
             page.keyboard.press("ArrowRight")

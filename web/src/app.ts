@@ -1,7 +1,7 @@
 // One page for every source: it fills the tracks and curves, lays out the parts, and lets them follow one time.
 import { Attitude, type Quat } from "./attitude";
 import type { Block } from "./block";
-import { Body, type Ghost } from "./body";
+import type { Body, Ghost } from "./body";
 import { Chart, type ChartContent, type Line } from "./chart";
 import { Clock, Curve, DerivedCurve } from "./curve";
 import { byId, make, replaceOthers, signed } from "./dom";
@@ -43,7 +43,8 @@ export class App {
   private tilt = TILT.map((angle) => new DerivedCurve(this.vectors.get("acc")!, angle)); // by the accelerometer alone
   private filter: Filter = { name: "", parameters: [] };
   private health!: Health;
-  private body = new Body();
+  private scene = make("div", { class: "scene" });
+  private body: Body | null = null; // until the charts are drawn
   private timeline!: Timeline;
   private table!: Table;
   private charts = new Map<string, Chart>();
@@ -61,10 +62,8 @@ export class App {
   private over = new AbortController();
   private charted = ""; // which lines the charts of a node have
 
-  /** `ask`: gives the answer to the call "about", which may be under way while the body is built. */
-  constructor(private source: Source, private ask: () => Promise<Block>) {
-    this.body.prepare();
-  }
+  /** `ask`: gives the answer to the call "about", which may be under way already. */
+  constructor(private source: Source, private ask: () => Promise<Block>) {}
 
   async start(): Promise<void> {
     try {
@@ -116,6 +115,16 @@ export class App {
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.recolour(), { signal: this.over.signal });
     requestAnimationFrame((now) => this.frame(now));
     document.body.dataset.ready = "true";
+  }
+
+  /** The body in space; what draws it takes longer than all charts. */
+  private async loadBody(): Promise<void> {
+    const { Body } = await import("./body");
+    if (this.over.signal.aborted) return;
+    this.body = new Body(this.scene);
+    this.body.setRelative(this.main.relative);
+    this.body.recolour();
+    this.dirty.cursor = true;
   }
 
   // A recording
@@ -344,7 +353,7 @@ export class App {
       byId("guide-words").textContent = guide.words;
       byId<HTMLProgressElement>("guide-progress").value = guide.fraction;
       byId("guide-notes").replaceChildren(...guide.notes.map((note) => make("p", { class: "quiet" }, note)));
-      if (guide.quat) this.body.turn(guide.quat, null, [], trouble === "");
+      if (guide.quat) this.body?.turn(guide.quat, null, [], trouble === "");
     }
     this.dirty.cursor = true;
   }
@@ -366,7 +375,7 @@ export class App {
     const { kind } = this.about, side = byId("side");
     const readouts = make("dl", { class: "readouts" }, ...["roll", "pitch", "yaw"].map((name) =>
       make("div", {}, make("dt", {}, name), make("dd", { id: name }, "–"), make("dd", { id: `${name}-band` }))));
-    const view = make("section", { class: "card view", "aria-label": "Orientation" }, this.body.element,
+    const view = make("section", { class: "card view", "aria-label": "Orientation" }, this.scene,
       kind === "guide" ? null : readouts, make("div", { class: "facts", id: "facts" }));
     view.style.padding = "0";
     side.append(view);
@@ -446,7 +455,7 @@ export class App {
   }
 
   nextView(): void {
-    this.body.nextView();
+    this.body?.nextView();
   }
 
   /** To the event after the cursor, or before it. */
@@ -509,7 +518,7 @@ export class App {
     for (const content of contents) this.charts.get(content.id)!.setContent(content); // where each has its size
     this.table.setColumns(this.tableColumns(), (row) => this.health.words(row).map(({ words }) => words).join(", "));
     this.listFilters();
-    this.body.setRelative(this.main.relative);
+    this.body?.setRelative(this.main.relative);
     this.dirty.charts = this.dirty.cursor = true;
   }
 
@@ -570,7 +579,7 @@ export class App {
   }
 
   private recolour(): void {
-    this.body.recolour();
+    this.body?.recolour();
     for (const chart of this.charts.values()) chart.build();
     this.dirty.charts = this.dirty.cursor = true;
   }
@@ -592,13 +601,15 @@ export class App {
     if (this.over.signal.aborted) return;
     if (this.time.playing) this.time.advance(Math.min(0.1, 0.001 * (now - this.last)));
     this.last = now;
-    if (this.about.kind !== "recording" && ++this.frames % 6 === 0) this.showState();
+    this.frames++;
+    if (this.about.kind !== "recording" && this.frames % 6 === 0) this.showState();
+    if (this.frames === 3) setTimeout(() => void this.loadBody()); // the first one is on the screen
     const charts = [...this.charts.values()];
     if (this.dirty.charts) for (const chart of charts) chart.drawInView();
     else charts.find(({ stale }) => stale)?.draw();
     if (this.dirty.charts || this.dirty.cursor) this.showCursor();
     this.dirty.charts = this.dirty.cursor = false;
-    this.body.frame();
+    this.body?.frame();
     requestAnimationFrame((next) => this.frame(next));
   }
 
@@ -629,8 +640,10 @@ export class App {
     const ghosts: Ghost[] = this.overlays.map((one, k) => ({ quat: one.quatAt(row), colour: OVERLAYS[k] }));
     if (this.truth !== null) ghosts.push({ quat: this.truth.quatAt(row), colour: "truth" });
     const valid = trouble === "" && faults.length === 0, drawn = JSON.stringify([quat, doubt, ghosts, valid]);
-    if (drawn !== this.drawn) this.body.turn(quat as Quat, doubt, ghosts, valid);
-    this.drawn = drawn;
+    if (this.body !== null && drawn !== this.drawn) {
+      this.body.turn(quat as Quat, doubt, ghosts, valid);
+      this.drawn = drawn;
+    }
     ["roll", "pitch", "yaw"].forEach((name, k) => {
       byId(name).textContent = `${signed(main.wrapped.angle[k].values[row])}°`;
       const band = 2 * (k < 2 ? main.sigmaTilt : main.sigmaHeading).values[row];

@@ -16,7 +16,6 @@ export interface Doubt { tilt: number; heading: number } // 1σ, rad
 export interface Ghost { quat: Quat; colour: string }
 
 export class Body {
-  readonly element = make("div", { class: "scene" });
   private canvas = make("canvas", { role: "img", "aria-label": "the body in space", tabindex: "-1" });
   private horizon = make("canvas", { class: "horizon", role: "img", "aria-label": "artificial horizon" });
   private renderer: THREE.WebGLRenderer | null = null;
@@ -42,7 +41,7 @@ export class Body {
   private dirty = true;
   private sized = false; // it has its place on the page
 
-  constructor() {
+  constructor(readonly element = make("div", { class: "scene" })) {
     this.element.append(this.canvas, this.horizon);
     this.camera.up.set(0, 0, 1);
     try {
@@ -238,11 +237,6 @@ export class Body {
     this.camera.fov = Math.min(52, Math.max(36, 46 / Math.max(0.8, width / height)));
     this.camera.updateProjectionMatrix();
     this.dirty = true;
-  }
-
-  /** Has the browser compile what draws it, before there is anything to show. */
-  prepare(): void {
-    this.recolour();
   }
 
   /** Draws what has changed. */
