@@ -87,9 +87,14 @@ class AxisMap:
         """For each body axis the sensor's axes that it is made of, 0 to 2, each with its factor."""
         return [[(axis, factor) for axis, factor in enumerate(row) if factor != 0.0] for row in self.rows]
 
+    @property
+    def is_permutation(self) -> bool:
+        """Whether each axis of the body is one of the sensor's, or its opposite."""
+        return all(len(row) == 1 for row in self.terms)
+
     def __str__(self) -> str:
         """The text for ``--axes``."""
-        if all(len(row) == 1 for row in self.terms):
+        if self.is_permutation:
             return ",".join(("-" if factor < 0.0 else "") + NAMES[axis] for ((axis, factor),) in self.terms)
         return ",".join(repr(number) for number in self.quat.tolist())
 

@@ -129,20 +129,28 @@ def settle(seen: Seen, fault: "Hypothesis | None") -> Seen:
 
 
 def _without_delay(seg: Segments, whole: TurnMatrix, spread: float) -> tuple[TurnMatrix, bool]:
-    """The fit to a vector without its delay, or without the filter that it went through, and which of the two."""
+    """The fit to a vector without its delay, or without the filter that it went through, and which of the two.
+
+    Each is another vector, so the share of its turn that is left decides.
+    """
     ways = [(False, seg.shift), (True, seg.sharpen)] if seg.is_force and whole.delay > SLOW else [(False, seg.shift)]
-    best, chosen = whole, False
+    best, chosen, least = whole, False, _share_left(seg, whole)
     for filtered, treat in ways:
-        one, total = whole, 0.0
+        one, total, treated = whole, 0.0, seg
         for _ in range(TREATMENTS):
             total += one.delay
             if abs(one.delay) < SHIFTED:
                 break
-            one = fit(treat(total), one.matrix, ALL_NINE, spread)
-        one = one._replace(delay=total)
-        if one.left < best.left:
-            best, chosen = one, filtered
+            treated = treat(total)
+            one = fit(treated, one.matrix, ALL_NINE, spread)
+        share = _share_left(treated, one)
+        if share < least:
+            best, chosen, least = one._replace(delay=total), filtered, share
     return best, chosen
+
+
+def _share_left(seg: Segments, found: TurnMatrix) -> float:
+    return found.left / max(fit(seg, np.zeros((3, 3)), NONE).left, 1e-9)
 
 
 def _chi(seen: Seen, matrix: Array) -> float:

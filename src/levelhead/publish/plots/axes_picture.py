@@ -35,9 +35,8 @@ def mounting_picture(mounting: AxisMap, path: str | Path) -> None:
     Raises:
         LevelheadError: another suffix, or matplotlib is not installed.
     """
-    words = str(mounting)
-    if "." in words:
-        words = "quaternion " + ", ".join(f"{number:.4f}" for number in mounting.quat)
+    rounded = "quaternion " + ", ".join(f"{number:.4f}" for number in mounting.quat)
+    words = str(mounting) if mounting.is_permutation else rounded
     figure = style.figure(6.4, 4.6, f"The sensor on its body: {words}")
     axes = _scene(figure.add_subplot(1, 1, 1, projection="3d"))
     _box(axes, np.eye(3), BODY, style.GREY)
