@@ -68,7 +68,7 @@ def add_python(target: Path, release: Path) -> None:
     numpy = json.loads((npm / "pyodide-lock.json").read_text())["packages"]["numpy"]
     wheel = release / numpy["file_name"]
     if not wheel.is_file() or hashlib.sha256(wheel.read_bytes()).hexdigest() != numpy["sha256"]:
-        sys.exit(f"{wheel} is missing, or its hash is not {numpy['sha256']}; see docs/howto/view.md")
+        sys.exit(f"{wheel} is missing, or its hash is not {numpy['sha256']}; see docs/howto/browser.md")
     shutil.copy(wheel, folder)
     with (target / "licences.txt").open("a") as licences:
         licences.write(f"\n{'-' * 80}\n\npyodide, MPL-2.0, with CPython (PSF-2.0) and NumPy (BSD-3-Clause)\n")

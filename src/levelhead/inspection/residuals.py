@@ -15,6 +15,7 @@ from levelhead.signals.turn_matrix import ALL_NINE, SHAPES, TurnMatrix, fit
 SIGMAS = 1.96  # of an interval of 95 %
 MIN_SIGMAS = 4.0  # σ
 LAG, LAG_SURE = 0.08, 5.0  # s, σ: of a filter in front of the accelerometer
+LAG_HIDDEN = 0.1  # s: 1σ without contrast; a walker's forces lag less than gravity
 LATE, FLOOR = 0.008, 0.001  # s of a magnetometer: worth a note; 1σ that no model has
 MUCH = 0.08  # s from which it is worse than a note
 SHARE, ROUGH, HIDDEN = 0.08, 0.02, 0.3  # of the field: iron worth a word; 1σ that no model has, and without contrast
@@ -29,7 +30,7 @@ EDGE = 2  # segments on each side of a jump
 
 def examine_slow_force(force: Seen) -> Iterator[Finding]:
     """Whether the accelerometer went through a filter so slow that gravity lags."""
-    lag, sigma = force.fit.delay, float(force.fit.sigma[3])
+    lag, sigma = force.fit.delay, float(np.hypot(force.fit.sigma[3], LAG_HIDDEN / force.contrast**2))
     if not force.filtered or lag < LAG or lag < LAG_SURE * sigma:
         return
     corner = 1.0 / (2.0 * np.pi * lag)

@@ -11,7 +11,7 @@ from levelhead.inspection.evidence import RunEvidence
 from levelhead.inspection.symptom import Symptom, SymptomKind
 from levelhead.inspection.symptoms.jump import CURES, FINDINGS, MAX_JUMP, START, Disturbance, find_disturbances
 
-MAX_DRIFT = 4.0  # deg a minute; a bias read off at rest leaves 2.5 at most (docs/howto/explain.md)
+MAX_DRIFT = 4.0  # deg a minute; a bias read off at rest leaves 2.5 at most (docs/reference/symptoms.md)
 REST = Guard().rest_time  # s after which a bias is read off
 
 

@@ -13,7 +13,7 @@ from levelhead.inspection.values import find_clipping
 from levelhead.recording import Array
 from levelhead.units import GRAVITY
 
-MAX_JUMP = 3.0  # deg; clean recordings step by 1.3 at most (docs/howto/explain.md)
+MAX_JUMP = 3.0  # deg; clean recordings step by 1.3 at most (docs/reference/symptoms.md)
 WITHIN = 1.0  # s, in which an attitude steps away from the smoother's
 AFTER = 10.0  # s after a fault in which the filter corrects what it did
 START = 5.0  # s of a run that do not count: a filter finds its attitude
