@@ -173,4 +173,6 @@ def test_markers_are_the_truth_of_a_log(tmp_path, capsys):
     assert main(words) == 0
     found = json.loads(capsys.readouterr().out)
     assert found["filters"][0]["score"]["tilt"] < 1.0
+    assert main(["align", f"{walk}:TH1,TH2,TH3", str(tmp_path / "imu.npz"), "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["shift_ms"] == pytest.approx(-500.0, abs=5.0)
     assert 495.0 < float(re.search(r"([\d.]+) ms early", found["truth"])[1]) < 505.0  # the gyroscope is late

@@ -26,7 +26,8 @@ def align(
     A log with quaternion columns needs --track COLUMN; a log of readings is smoothed first, without its magnetometer.
 
     Args:
-        estimate: A log or a result of `levelhead fuse`, in any convention.
+        estimate: A log or a result of `levelhead fuse`, in any convention; FILE.c3d:MARKER,MARKER,MARKER or
+            FILE.sto:SENSOR.
         reference: A log or a result as well: quaternion wxyz, sensor to earth, ENU.
         track: Quaternion columns, such as ahrs_q: once for both logs, or once for each.
         json: Print the alignment as JSON.
@@ -47,12 +48,16 @@ def align(
 
 
 def orientation_of(log: Path, column: str, reading: Reading) -> "Track":
-    """The orientation of a log: a track, its quaternion columns, or its readings smoothed without a magnetometer."""
+    """The orientation in a file: of a segment that it names, its quaternion columns, or its readings smoothed without a
+    magnetometer."""
     from dataclasses import replace
 
     from levelhead.engine import smooth
     from levelhead.publish.progress import progress
+    from levelhead.sources.named_track import named_track
 
+    if (known := named_track(log)) is not None:
+        return known
     if column:
         return reading.orientation(log, column)
     with progress(f"smoothing {log.name}") as report:
