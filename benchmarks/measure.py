@@ -5,6 +5,7 @@ The fair timing itself is levelhead's own: ``levelhead.bench.timing``.
 
 import argparse
 import json
+import os
 import subprocess
 import sys
 import time
@@ -20,6 +21,7 @@ from levelhead.errors import LevelheadError
 from levelhead.recording import Recording
 from levelhead.sources import read
 
+DATA = Path(os.environ.get("LEVELHEAD_DATA", Path(__file__).parents[2] / "shared" / "data"))  # the real recordings
 T = TypeVar("T")
 R = TypeVar("R")
 

@@ -7,12 +7,11 @@ With ``--filters``: total errors on RepoIMU's T-stick with the defaults and with
 $LEVELHEAD_DATA.
 """
 
-import os
 import sys
-from pathlib import Path
 from time import perf_counter, process_time
 
 import numpy as np
+from benchmarks.measure import DATA
 
 import levelhead as lh
 from levelhead.evaluate import evaluate
@@ -37,7 +36,7 @@ def still(hours: float) -> Recording:
 
 def filters() -> None:
     """Prints for each filter the mean total errors and their ratio."""
-    folder = Path(os.environ["LEVELHEAD_DATA"]) / "repoimu"
+    folder = DATA / "repoimu"
     model = measure_noise(lh.read(folder / "TStick_Test01_Static.csv"))
     motions = [lh.read(folder / f"TStick_Test{number:02d}_Trial2.csv") for number in (2, 3, 4, 6, 8, 9, 10)]
     for params in (lh.ESKF(), lh.EKF(), lh.Kalman()):

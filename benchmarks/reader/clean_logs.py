@@ -7,13 +7,12 @@ shows the same: see ``JUDGES``. A warning without a judge is a false alarm.
 """
 
 import json
-import os
 from collections import Counter
 from collections.abc import Callable
-from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
+from benchmarks.measure import DATA
 from scipy.spatial.transform import Rotation
 
 import levelhead as lh
@@ -25,7 +24,6 @@ from levelhead.signals.turn_matrix import SHAPES
 from levelhead.sources.interpret.magnetometer import mag_unit
 from levelhead.units import GRAVITY, factor
 
-DATA = Path(os.environ.get("LEVELHEAD_DATA", "../shared/data"))
 IRON = 0.08  # of the field, as the finding's own bound
 MOST_ROWS = 20_000
 

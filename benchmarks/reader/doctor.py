@@ -6,14 +6,12 @@ What it says of clean recordings is in clean_logs.py.
 """
 
 import json
-import os
 import sys
 from collections import Counter
-from pathlib import Path
+
+from benchmarks.measure import DATA
 
 import levelhead as lh
-
-DATA = Path(os.environ["LEVELHEAD_DATA"])
 
 
 def known(names: list[str]) -> None:

@@ -14,7 +14,8 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-from benchmarks.reader.clean_logs import DATA, Known, recordings
+from benchmarks.measure import DATA
+from benchmarks.reader.clean_logs import Known, recordings
 from scipy.spatial.transform import Rotation
 
 import levelhead as lh

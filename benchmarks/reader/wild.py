@@ -13,18 +13,18 @@ WRONG       read, not right, and nothing said
 """
 
 import json
-import os
 import sys
 from collections import Counter
 from pathlib import Path
 
+from benchmarks.measure import DATA
 from tests.reference.wild import judge
 
 
 def main() -> None:
     """Prints the table."""
     words = [word for word in sys.argv[1:] if not word.startswith("--")]
-    folder = Path(words.pop(0) if words and Path(words[0]).is_dir() else f"{os.environ['LEVELHEAD_DATA']}/wild")
+    folder = Path(words.pop(0) if words and Path(words[0]).is_dir() else DATA / "wild")
     key = [entry for entry in json.loads((folder / "INDEX.json").read_text()) if not words or entry["file"] in words]
     counts: Counter[str] = Counter()
     for entry in key:

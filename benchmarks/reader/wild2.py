@@ -14,18 +14,18 @@ WRONG       read, and not as its owner knows it, or it cannot be fused
 """
 
 import json
-import os
 import sys
 from collections import Counter
 from pathlib import Path
 
+from benchmarks.measure import DATA
 from tests.reference.wild2 import judge
 
 
 def main() -> None:
     """Prints the table."""
     words = sys.argv[1:]
-    folder = Path(words.pop(0) if words and Path(words[0]).is_dir() else f"{os.environ['LEVELHEAD_DATA']}/wild2")
+    folder = Path(words.pop(0) if words and Path(words[0]).is_dir() else DATA / "wild2")
     counts: Counter[str] = Counter()
     for entry in json.loads((folder / "INDEX.json").read_text()):
         if not words or entry["file"] in words:
