@@ -150,7 +150,7 @@ def test_a_node_is_followed_steered_and_recorded_and_its_silence_is_grey(look, t
     try:
         page = look(server.url)
         eventually(lambda: command in page.inner_text("#starts"))
-        eventually(lambda: page.get_attribute(".scene", "data-state") == "invalid")  # the body comes after the charts
+        eventually(lambda: page.get_attribute(".scene", "data-state") == "invalid")
         runs.start()
         eventually(lambda: not page.locator("#starts").is_visible())
         eventually(lambda: page.locator("#chart-yaw").count() == 1)
@@ -163,6 +163,9 @@ def test_a_node_is_followed_steered_and_recorded_and_its_silence_is_grey(look, t
             page.keyboard.press("ArrowRight")
         eventually(lambda: node.params.beta > lh.Madgwick().beta)
         eventually(lambda: "parameters: beta=" in page.inner_text("#events"))
+        assert "heading counts from the start" in page.inner_text("#facts")  # there is no magnetometer
+        page.locator("#zero").click()
+        eventually(lambda: "yaw is 0° from here on" in page.inner_text("#events"))
         check_focus(page, node)
         page.locator("#record").click()
         eventually(lambda: re.search(r"■ [1-9]\d+ samples", page.inner_text("#record")))

@@ -107,6 +107,7 @@ export class App {
       this.time.seek(this.time.first);
       this.listMoments(this.health.moments());
     } else {
+      await this.loadBody(); // before samples come, which do not wait
       this.time.following = true;
       this.heard = performance.now();
       this.source.stream((block) => this.takeBlock(block), () => { this.lost = true; });
@@ -279,6 +280,7 @@ export class App {
       this.filter = state.filter;
       if (known !== other && !this.asking) this.panel.show(state.filter);
     }
+    this.main.relative = !this.hasMag();
     const charted = `${this.main.name} ${this.main.hasSigma} ${this.clock.n > 0} ${this.hasMag()}`;
     if (charted !== this.charted) {
       this.charted = charted;
@@ -358,6 +360,17 @@ export class App {
     this.dirty.cursor = true;
   }
 
+  /** From here on, where the node points now is yaw 0. */
+  async zeroHeading(): Promise<void> {
+    if (this.about.kind !== "node") return;
+    try {
+      await this.source.call("set", { values: { heading: 0 } });
+      this.tell("");
+    } catch (error) {
+      this.tell(String((error as Error).message));
+    }
+  }
+
   async record(): Promise<void> {
     if (this.about.kind !== "node") return;
     const on = !this.state?.record, path = this.state?.record?.path;
@@ -411,6 +424,7 @@ export class App {
       ...MODES.map((name) => make("option", { value: name }, name)));
     tools.append(mode,
       make("button", { type: "button", id: "table", "aria-pressed": "false", title: "samples as a table (t)", click: () => this.toggleTable() }, "Table"));
+    if (this.about.kind === "node") tools.append(make("button", { type: "button", id: "zero", title: "yaw is 0 from here on (h)", click: () => void this.zeroHeading() }, "Heading 0°"));
     if (!recording) tools.append(make("button", { type: "button", id: "record", "aria-pressed": "false", click: () => void this.record() }, "● Record"));
     for (const suffix of this.about.suffixes ?? [".csv"]) {
       tools.append(make("button", { type: "button", title: "the shown stretch as a file (d)", click: () => void this.download(suffix) }, `↓ ${suffix.slice(1).toUpperCase()}`));
@@ -603,7 +617,7 @@ export class App {
     this.last = now;
     this.frames++;
     if (this.about.kind !== "recording" && this.frames % 6 === 0) this.showState();
-    if (this.frames === 3) setTimeout(() => void this.loadBody()); // the first one is on the screen
+    if (this.frames === 3 && this.body === null) setTimeout(() => void this.loadBody()); // the first one is on the screen
     const charts = [...this.charts.values()];
     if (this.dirty.charts) for (const chart of charts) chart.drawInView();
     else charts.find(({ stale }) => stale)?.draw();

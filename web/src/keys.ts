@@ -16,6 +16,7 @@ const HELP: [string[], string][] = [
   [["v"], "look from another side"],
   [["t"], "samples as a table"],
   [["d"], "download the shown stretch as CSV"],
+  [["h"], "yaw of a node is 0 from here on"],
   [["r"], "record a node, or end the record"],
   [["p"], "to the parameters"],
   [["c"], "add a filter beside the first"],
@@ -52,7 +53,7 @@ function action(app: App, event: KeyboardEvent): (() => void) | null {
     "+": () => time.zoom(0.5), "=": () => time.zoom(0.5), "-": () => time.zoom(2), "−": () => time.zoom(2),
     ",": () => time.pan(-0.25), ".": () => time.pan(0.25), "0": () => app.showAll(),
     f: () => app.follow(), "<": faster(0.5), ">": faster(2), a: () => app.nextMode(), v: () => app.nextView(), t: () => app.toggleTable(),
-    d: () => void app.download(".csv"), r: () => void app.record(), p: () => focusIn("parameter-card", "input"),
+    d: () => void app.download(".csv"), h: () => void app.zeroHeading(), r: () => void app.record(), p: () => focusIn("parameter-card", "input"),
     c: () => { if (recording) document.getElementById("beside")?.focus(); }, "?": showHelp,
   };
   return actions[event.key] ?? null;
