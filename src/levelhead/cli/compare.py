@@ -26,7 +26,7 @@ from levelhead.cli.options import (
 from levelhead.errors import LevelheadError
 
 if TYPE_CHECKING:
-    from levelhead.evaluate import Comparison
+    from levelhead.evaluate import Alignment, Comparison
     from levelhead.recording import Recording
     from levelhead.track import Track
 
@@ -91,7 +91,7 @@ def compare(
     if out is not None:
         require_writable(out)
     recording = log_or_simulation(log, simulate, seed, reading, calibration)
-    recording, note = _with_truth(recording, truth)
+    recording, aligned = _with_truth(recording, truth)
     from levelhead.evaluate import compare as run
     from levelhead.evaluate.external_track import Angle
     from levelhead.publish.progress import progress
@@ -108,10 +108,13 @@ def compare(
         comparison = run(recording, chosen, tracks=tracks, angles=angles, guard=before, progress=report)
     picture = _draw(comparison, out)
     if json:
-        print_json(comparison.to_dict() | {"truth": note.strip(), "written": [str(picture)] if picture else []})
+        truth_facts = None if aligned is None else {"source": truth} | aligned.to_dict()
+        print_json(comparison.to_dict() | {"truth": truth_facts, "written": [str(picture)] if picture else []})
         return
     print_table(comparison)
-    print_line(note + _picture_line(picture, out))
+    if aligned is not None:
+        print_line(f"Truth of {truth}, aligned with the smoothed recording: {aligned}")
+    print_line(_picture_line(picture, out))
 
 
 def _draw(comparison: "Comparison", out: Path | None) -> Path | None:
@@ -125,17 +128,16 @@ def _draw(comparison: "Comparison", out: Path | None) -> Path | None:
     return picture
 
 
-def _with_truth(recording: "Recording", name: str | None) -> "tuple[Recording, str]":
+def _with_truth(recording: "Recording", name: str | None) -> "tuple[Recording, Alignment | None]":
     """The recording with the orientation in another file as its truth, and how the two were aligned; None: its own."""
     if name is None:
-        return recording, ""
+        return recording, None
     from levelhead.evaluate.reference import with_reference
     from levelhead.publish.progress import progress
 
     reference = _read_truth(name)
     with progress("aligning the truth"):
-        whole, found = with_reference(recording, reference)
-    return whole, f"Truth of {name}, aligned with the smoothed recording: {found}\n"
+        return with_reference(recording, reference)
 
 
 def _read_truth(name: str) -> "Track":

@@ -22,7 +22,7 @@ def with_reference(recording: Recording, reference: Track) -> tuple[Recording, A
 
     Args:
         recording: of the sensor.
-        reference: the orientation, at any stamps.
+        reference: the orientation, at any stamps in s; (m, 4) quaternions of any convention.
 
     Returns:
         The recording, and how its reference was aligned. The truth is NaN where the reference has none.

@@ -21,6 +21,7 @@ from levelhead.units import DEGREE, GRAVITY
 
 CONSTANTS = {"one": 1.0, "two": 2.0, "turn": 360.0, "degrees": 1.0 / DEGREE, "gravity": GRAVITY}
 PLACES = {"settings": "filter->settings", "carry": "filter->carry", "run": "filter->carry.run"}
+STANCE = "stance[0]"  # at the pointer that a program gives
 UNUSED = f"{STEP}(void)filter; /* zero at any time */\n{STEP}"
 TYPES = {"quaternion": "quat", "bias": "vec3", "sigma": "vec3"}
 
@@ -117,7 +118,7 @@ class ImuApi(CApi):
             "aid": self.program.call("aid", PLACES, row),
             "place": self.program.call("place", places),
             "begin_stance": self._begin_stance(),
-            "stand": self.program.call("stand", {"stance": "*stance"}, vectors | {"dt": "dt"}).replace("&*", ""),
+            "stand": self.program.call("stand", {"stance": STANCE}, vectors | {"dt": "dt"}),
             "position": POSITION,
             "velocity": VELOCITY,
             "zero_velocity": ZERO_VELOCITY,
@@ -126,8 +127,7 @@ class ImuApi(CApi):
 
     def _begin_stance(self) -> str:
         kind = self.program.types.struct(StanceState)
-        lines = join_lines(self.assign(begin_stance(), kind, "*stance", "stance"))
-        return lines.replace("*stance.", "stance->").rstrip()
+        return join_lines(self.assign(begin_stance(), kind, STANCE, "stance")).rstrip()
 
     def _gaps(self) -> dict[str, object]:
         readings = {f"{name}_{axis}": f"{name}[{i}]" for name in sensor.READINGS for i, axis in enumerate("xyz")}
