@@ -27,7 +27,8 @@ from levelhead.errors import LevelheadError
 from levelhead.inspection import examine
 from levelhead.inspection.agreement import Seen, agree
 from levelhead.inspection.findings import Finding, Report
-from levelhead.inspection.turns import NAMES, change_of
+from levelhead.inspection.turns import change_of
+from levelhead.inspection.values import NAMES
 from levelhead.recording import Array, Recording
 from levelhead.rotations import conjugate, rotate
 

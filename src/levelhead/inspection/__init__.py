@@ -93,10 +93,10 @@ def list_findings(recording: Recording, before: Sequence[Finding] = ()) -> list[
 
 def _remarks() -> tuple[Check, ...]:
     """Checks that find nothing worse than a note; imported here, because ``levelhead fuse`` does without."""
-    from levelhead.inspection.behaviour import examine_bias, examine_delay, examine_noise
+    from levelhead.inspection.behaviour import examine_bias, examine_noise
     from levelhead.inspection.spectrum import examine_spectra
 
-    return examine_spectra, examine_delay, examine_bias, examine_noise
+    return examine_spectra, examine_bias, examine_noise
 
 
 def _collect(recording: Recording, checks: Sequence[Check], before: Sequence[Finding] = ()) -> list[Finding]:

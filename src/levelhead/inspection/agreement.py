@@ -96,10 +96,13 @@ def look(role: str, seg: Segments) -> Seen:
     judged = screen(seg)
     usual = next((share for share, one in judged if np.allclose(one / np.abs(one).max(), IDENTITY)), 1.0)
     starts = [one for share, one in judged[:CANDIDATES] if share <= usual and not _is_usual(one)]
+    if np.abs(seg.rate).max() > BEYOND:
+        starts.append(DEGREE * IDENTITY)
     if starts:
-        best = fit(seg, IDENTITY, IDENTITY[None])
+        best, parts = fit(seg, IDENTITY, IDENTITY[None]), seg.split()
         for start in starts:
-            one = fit(seg, start, start[None] / np.abs(start).max())
+            basis = start[None] / np.abs(start).max()
+            one = fit(seg, fit(parts, start, basis).matrix, basis)
             if one.left < BASINS * best.left:
                 best = one
         whole = fit(seg, best.matrix, ALL_NINE, near=best)
@@ -209,9 +212,10 @@ def _scales(seen: Sequence[Seen], fastest: float) -> Iterator[Hypothesis]:
     pairs = [(one, IDENTITY) for one in seen]
     chi, x, covariance = _minimum(pairs, IDENTITY[None])
     turns = x[0] > MIN_SCALE_SIGMAS * covariance[0, 0] ** 0.5
+    explained = turns or fastest > BEYOND or max(one.contrast for one in seen) > CLEAR
     if turns:
         yield Hypothesis("scale", "gyr", float(x[0]) * IDENTITY, chi, 6.0, float(covariance[0, 0] ** 0.5))
-    for unit in UNITS if turns or fastest > BEYOND else ():
+    for unit in UNITS if explained else ():
         right = unit * IDENTITY
         yield Hypothesis("scale", "gyr", right, sum(_chi(one, right) for one in seen), 5.0, UNIT_SIGMA * unit)
     for axis in range(3):

@@ -9,6 +9,7 @@ import numpy as np
 from levelhead.inspection.agreement import SETTLED, Hypothesis, Seen
 from levelhead.inspection.findings import Finding
 from levelhead.inspection.mend import Mend
+from levelhead.inspection.values import NAMES
 from levelhead.recording import Array
 from levelhead.signals.turn_matrix import ALL_NINE, SHAPES, TurnMatrix, fit
 
@@ -16,6 +17,7 @@ SIGMAS = 1.96  # of an interval of 95 %
 MIN_SIGMAS = 4.0  # σ
 LAG, LAG_SURE = 0.08, 5.0  # s, σ: of a filter in front of the accelerometer
 LAG_HIDDEN = 0.1  # s: 1σ without contrast; a walker's forces lag less than gravity
+APART, TOO_FAR = 0.012, 0.03  # s between gyroscope and accelerometer: worth a note; worse than that
 LATE, FLOOR = 0.008, 0.001  # s of a magnetometer: worth a note; 1σ that no model has
 MUCH = 0.08  # s from which it is worse than a note
 SHARE, ROUGH, HIDDEN = 0.08, 0.02, 0.3  # of the field: iron worth a word; 1σ that no model has, and without contrast
@@ -28,9 +30,40 @@ REFINEMENTS = 2
 EDGE = 2  # segments on each side of a jump
 
 
+def _lag_sigma(force: Seen) -> float:
+    """1σ of the delay of a force, s."""
+    return float(np.hypot(force.fit.sigma[3], LAG_HIDDEN / force.contrast**2))
+
+
+def find_delay(force: Seen) -> float:
+    """s by which the accelerometer comes later than the gyroscope; 0: it is not clear."""
+    delay, sigma = force.fit.delay, _lag_sigma(force)
+    clear = abs(delay) > max(APART + SIGMAS * sigma, MIN_SIGMAS * sigma)
+    return delay if clear and not force.filtered else 0.0
+
+
+def examine_delay(force: Seen) -> Iterator[Finding]:
+    """Whether the accelerometer comes later or earlier than the gyroscope."""
+    delay, spread = find_delay(force), SIGMAS * _lag_sigma(force)
+    if delay == 0.0:
+        return
+    late, other = ("acc", "gyroscope") if delay > 0.0 else ("gyr", "accelerometer")
+    yield Finding(
+        "sensor_delay",
+        "warning" if abs(delay) - spread > TOO_FAR else "note",
+        f"the {NAMES[late]} comes {1e3 * abs(delay):.0f} ms later than the {other}",
+        f"where gravity's turn fits best, ±{1e3 * spread:.0f} ms",
+        "Give both sensors one filter and one clock.",
+        value=1e3 * delay,
+        interval=(1e3 * (delay - spread), 1e3 * (delay + spread)),
+        unit="ms",
+        mend=Mend(late, np.eye(3), np.zeros(3), delay=abs(delay)),
+    )
+
+
 def examine_slow_force(force: Seen) -> Iterator[Finding]:
     """Whether the accelerometer went through a filter so slow that gravity lags."""
-    lag, sigma = force.fit.delay, float(np.hypot(force.fit.sigma[3], LAG_HIDDEN / force.contrast**2))
+    lag, sigma = force.fit.delay, _lag_sigma(force)
     if not force.filtered or lag < LAG or lag < LAG_SURE * sigma:
         return
     corner = 1.0 / (2.0 * np.pi * lag)
@@ -48,9 +81,9 @@ def examine_slow_force(force: Seen) -> Iterator[Finding]:
     )
 
 
-def examine_field_delay(field: Seen) -> Iterator[Finding]:
-    """Whether the magnetometer comes later or earlier than the gyroscope."""
-    delay = field.fit.delay
+def examine_field_delay(field: Seen, gyroscope: float) -> Iterator[Finding]:
+    """Whether the magnetometer comes later or earlier than the gyroscope, which is late itself by ``gyroscope`` s."""
+    delay = field.fit.delay + gyroscope
     sigma = float(np.hypot(field.fit.sigma[3], FLOOR + 0.03 / field.contrast**2))
     if abs(delay) < LATE + SIGMAS * sigma or abs(delay) < MIN_SIGMAS * sigma:
         return

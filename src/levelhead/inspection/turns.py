@@ -5,26 +5,28 @@ from math import degrees, log
 
 import numpy as np
 
-from levelhead.inspection.agreement import Agreement, Hypothesis, agree, settle
+from levelhead.inspection.agreement import Agreement, Hypothesis, Seen, agree, settle
 from levelhead.inspection.findings import Finding
 from levelhead.inspection.mend import turn
 from levelhead.inspection.residuals import (
     BiasJump,
     examine_bias,
     examine_bias_jump,
+    examine_delay,
     examine_field_delay,
     examine_iron,
     examine_shape,
     examine_slow_force,
+    find_delay,
     find_jump,
 )
+from levelhead.inspection.values import NAMES
 from levelhead.open_types import JsonObject
 from levelhead.recording import Array, Recording
-from levelhead.signals.turn_matrix import MAX_SEGMENTS
+from levelhead.signals.turn_matrix import MAX_SEGMENTS, MIN_SEGMENTS, SHORTEST
 from levelhead.sources.interpret.counts import GYR
 from levelhead.units import DEGREE
 
-NAMES = {"gyr": "gyroscope", "acc": "accelerometer", "mag": "magnetometer"}
 GROSS = log(1.3)  # of a scale, and
 GROSS_ANGLE = 10.0  # deg of a mounting, from which the orientation is wrong rather than worse
 CONTRAST = 1.5  # below which forces hide the turn of gravity
@@ -45,22 +47,38 @@ def examine_turns(recording: Recording, most: int = MAX_SEGMENTS) -> Iterator[Fi
             yield _mounting(fault, evidence)
         else:
             yield _wiring(fault, agreement.rivals(fault), evidence)
-    if force is not None and fault is None and force.contrast < CONTRAST:
+    yield from _examine_contrast(force, fault)
+    settled = {one.role: settle(one, fault) for one in agreement.seen}
+    late = 0.0  # s, of the gyroscope
+    if "acc" in settled:
+        late = max(0.0, -find_delay(settled["acc"]))
+        yield from examine_delay(settled["acc"])
+        yield from examine_slow_force(settled["acc"])
+    if "mag" in settled:
+        yield from examine_field_delay(settled["mag"], late)
+        yield from examine_iron(settled["mag"], fault)
+        yield from examine_shape(settled["mag"], fault)
+    yield from examine_bias_jump(jump or find_jump(list(settled.values())))
+    yield from examine_bias(list(settled.values()))
+
+
+def _examine_contrast(force: Seen | None, fault: Hypothesis | None) -> Iterator[Finding]:
+    """Whether the turn of gravity was seen at all."""
+    if force is None:
+        yield Finding(
+            "acc_gyr_test_invalid",
+            "note",
+            "accelerometer and gyroscope cannot be compared on so short a recording",
+            f"fewer than {MIN_SEGMENTS} stretches of {SHORTEST:g} s have no gap and no missing reading",
+            f"Record {10 * SHORTEST:g} s of motion or more.",
+        )
+    elif fault is None and force.contrast < CONTRAST:
         yield Finding(
             "acc_gyr_test_invalid",
             "note",
             "accelerometer and gyroscope cannot be compared on this motion",
             f"turned back by the gyroscope, {100 / force.contrast:.0f} % of the force's change is left",
         )
-    settled = {one.role: settle(one, fault) for one in agreement.seen}
-    if "acc" in settled:
-        yield from examine_slow_force(settled["acc"])
-    if "mag" in settled:
-        yield from examine_field_delay(settled["mag"])
-        yield from examine_iron(settled["mag"], fault)
-        yield from examine_shape(settled["mag"], fault)
-    yield from examine_bias_jump(jump or find_jump(list(settled.values())))
-    yield from examine_bias(list(settled.values()))
 
 
 def _explain(recording: Recording, most: int) -> tuple[Agreement, BiasJump | None]:

@@ -24,9 +24,12 @@ from numpy.typing import NDArray
 
 from levelhead.recording import Array, median
 
-SEGMENT = 4.0  # s
-MAX_RATE = 50.0  # Hz to which readings are averaged
+SEGMENT, SHORTEST = 4.0, 2.0  # s; of a short recording at least
+PARTS = 4  # of a segment: their turns are smaller, and so is the danger of a minimum that is not the least
+MAX_RATE = 50.0  # Hz to which readings are averaged, or more, so that
+MAX_TURN, FAST = 0.05, 0.99  # rad are the most that a sensor turns in a mean, but for the rest of its rates
 MAX_SEGMENTS = 48  # segments that are looked at
+MAX_ROWS = 10_000  # that show how fast it turns
 BLOCKS = 16  # values of a segment that are compared
 MIN_SEGMENTS = 5  # segments
 STEPS = 8  # of Gauss and Newton
@@ -121,6 +124,20 @@ class Segments:
         made: Array = np.concatenate([middle[:1], middle, middle[-1:]])
         return made
 
+    def split(self) -> "Segments":
+        """``PARTS`` segments of each, where they are long enough."""
+        size = len(self.step) // PARTS
+        if size < 2 * BLOCKS:
+            return self
+
+        def parts(values: Array) -> Array:
+            whole = values[: size * PARTS].reshape(PARTS, size, *values.shape[1:])
+            made: Array = np.concatenate(list(whole), axis=1)
+            return made
+
+        start = np.concatenate([self.start + one * self.step[:size].sum(axis=0) for one in range(PARTS)])
+        return replace(self, rate=parts(self.rate), vector=parts(self.vector), step=parts(self.step), start=start)
+
     def sharpen(self, lag: float) -> "Segments":
         """Without a filter of first order whose time constant is ``lag`` s."""
         return replace(self, vector=self.vector + lag * self.change)
@@ -140,13 +157,15 @@ def cut(
 ) -> Segments | None:
     """Segments without gaps and missing values, spread over a recording; None with fewer than ``MIN_SEGMENTS``.
 
-    They are ``overlap`` times SEGMENT long, and one begins SEGMENT after the other.
+    They are ``overlap`` times SEGMENT long, less in a short recording, and one begins SEGMENT after the other.
     """
     step = median(np.diff(t)) if len(t) > 1 else 0.0
     if not step > 0.0:
         return None
-    every = max(1, int(overlap / (step * MAX_RATE)))
-    size = round(SEGMENT / (step * every)) * every
+    fastest = float(np.nanquantile(np.linalg.norm(gyr[:: 1 + len(gyr) // MAX_ROWS], axis=1), FAST))
+    every = max(1, int(overlap * min(1.0 / MAX_RATE, MAX_TURN / max(fastest, 1e-9)) / step))
+    long = min(SEGMENT, max(SHORTEST, len(t) * step / (MIN_SEGMENTS + overlap)))
+    size = round(long / (step * every)) * every
     count = len(t) // max(size, 1)
     if size < BLOCKS * every or count < MIN_SEGMENTS + overlap - 1:
         return None

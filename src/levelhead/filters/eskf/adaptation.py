@@ -53,7 +53,7 @@ variance that a state would have without any measurement (its prior's, and what 
 has, and x its estimate less the prior's mean, which is 0 but with the prior of an earlier run. The measurements alone
 then give x/κ ± √(P/κ) with κ = 1 − P/s². Where even the lower end of that is beyond s,
 
-    s'² = (|x|/κ − 5 √(P/κ))²                                                                                  (25)
+    s'² = (|x|/κ − k √(P/κ))²,   k = ``SURE``; ``SURE_OPEN`` as long as (24) may still find a width,           (25)
 
 takes the place of s². The exchange is exact, correlations included: a measurement x = 0 of variance
 r = −s² s'²/(s'² − s²) takes the information 1/s² − 1/s'² away. P grows, and x goes to where it would be.
@@ -104,10 +104,11 @@ MIN_BODY_VELOCITY = 0.1  # m/s, 1σ
 MAX_BODY_VELOCITY = 2.0
 LEAST_INFORMATION = 0.02  # κ: below, the measurements have no information of their own
 SURE = 5.0  # σ by which they must do so
+SURE_OPEN = 3.5  # the same of a gyroscope that may still turn out to be a raw one
 WIDER = 1.1  # times a variance, at least, for an exchange
 INFORMED = 0.17  # share of its first volume to which a σ ellipsoid shrinks before a width is found from it
 SURE_FIRST = 1.0  # σ by which measurements must exceed it then
-NARROW_TIME = 30.0  # s after the start in which the prior may still become narrower
+NARROW_TIME = 20.0  # s after the start in which the prior may still become narrower
 UNINFORMED = 0.98  # share of its prior variance above which a state was not measured
 MOST_GYR_BIAS = 30.0 * DEGREE  # rad/s
 MOST_ACC_BIAS = 0.3  # m/s²
@@ -267,7 +268,7 @@ def widest_axis(m: Floats, first: int, sure: float) -> float:
 
 @noinline
 def narrow_prior(params: ESKF, m: Floats, n: int) -> None:
-    """Eq. 24, from when enough is known of the gyroscope's bias to half a minute after the start."""
+    """Eq. 24, from when enough is known of the gyroscope's bias to ``NARROW_TIME``."""
     x = at.P + at.GYR_BIAS * at.ROW + at.GYR_BIAS
     y = x + at.ROW
     z = y + at.ROW
@@ -288,13 +289,13 @@ def narrow_prior(params: ESKF, m: Floats, n: int) -> None:
 
 
 @noinline
-def widen_prior(m: Floats, n: int, first: int, most: float) -> None:
-    """Eq. 25 for the three axes of a sensor from state ``first`` on; ``most`` is the largest width."""
-    widest = widest_axis(m, first, SURE)
+def widen_prior(m: Floats, n: int, first: int, most: float, sure: float) -> None:
+    """Eq. 25 for the three axes of a sensor from state ``first`` on; k is ``sure``, the largest width ``most``."""
+    widest = widest_axis(m, first, sure)
     if widest > 0.0:
         for i in range(first, first + 3):
             old = m[at.PRIOR_VARIANCE + i]
-            width = min(max(informed_bound(m, i, SURE), widest), most)
+            width = min(max(informed_bound(m, i, sure), widest), most)
             new = width * width
             if new > WIDER * old:
                 m[at.PRIOR_VARIANCE + i] = new

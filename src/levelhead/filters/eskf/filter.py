@@ -11,6 +11,8 @@ from levelhead.filters.eskf import state as at
 from levelhead.filters.eskf.adaptation import (
     MOST_ACC_BIAS,
     MOST_GYR_BIAS,
+    SURE,
+    SURE_OPEN,
     adapt_bias_walk,
     adapt_motion,
     found_prior,
@@ -253,11 +255,13 @@ def measure(params: ESKF, m: Floats, resting: bool, n: int) -> int:
 def adapt_priors(params: ESKF, m: Floats, n: int) -> None:
     """The random walk of the gyroscope's bias, and the widths of the priors of both biases."""
     adapt_bias_walk(m)
+    sure = SURE
     if m[at.GYR_PRIOR_OPEN] != 0.0:
         narrow_prior(params, m, n)
-    widen_prior(m, n, at.GYR_BIAS, MOST_GYR_BIAS)
+        sure = SURE_OPEN
+    widen_prior(m, n, at.GYR_BIAS, MOST_GYR_BIAS, sure)
     if m[at.EXCESS] == 0.0:  # or the accelerometer's bias would explain the tilt
-        widen_prior(m, n, at.ACC_BIAS, MOST_ACC_BIAS)
+        widen_prior(m, n, at.ACC_BIAS, MOST_ACC_BIAS, SURE)
 
 
 @kernel

@@ -3,7 +3,6 @@
 from collections.abc import Iterator
 
 from levelhead.evaluate.lag import lag
-from levelhead.inspection.behaviour import find_delay
 from levelhead.inspection.evidence import RunEvidence
 from levelhead.inspection.symptom import Symptom, SymptomKind
 from levelhead.inspection.symptoms.jump import START
@@ -14,11 +13,12 @@ MAX_LAG, MAX_LAG_SAMPLES = 0.010, 1.5  # s, and samples
 def find_lag(evidence: RunEvidence) -> Iterator[Symptom]:
     """A track that trails: because the gyroscope does, or because the filter is slow beside the smoother."""
     recording, name = evidence.recording, evidence.track.name
-    if "sensor_delay" in evidence.findings and (found := find_delay(recording)) is not None and found.delay < 0.0:
-        size = -1e3 * found.delay
+    found = evidence.findings.get("sensor_delay")
+    if found is not None and found.value is not None and found.value < 0.0:
+        size = -found.value
         yield Symptom(
             "lag", size, "ms", f"attitude comes {size:.0f} ms late", "sensor_delay",
-            f"so much later than the accelerometer comes the gyroscope, ±{1e3 * found.sigma:.0f} ms",
+            f"{found.what}, {found.evidence}",
             "Give both sensors one filter and one clock.", None, "sensor_delay",
         )  # fmt: skip
         return
