@@ -14,6 +14,7 @@ from levelhead.calibrate.magnetometer import fit_field
 from levelhead.evaluate import evaluate
 from levelhead.rotations import from_rotvec, matrix, to_scipy
 from levelhead.signals.hard_iron import hard_iron
+from levelhead.sources.formats.npz import load_arrays
 
 pytest.importorskip("scipy")
 
@@ -164,7 +165,7 @@ def test_phones_full_of_iron_agree(data_dir):
     """ADVIO's readings lie around 650 µT: two walks through different buildings find the same iron within σ."""
     fits = []
     for name in ("advio_01", "advio_20"):
-        arrays = np.load(data_dir / "truth" / "advio" / f"{name}.npz")
+        arrays = load_arrays(data_dir / "truth" / "advio" / f"{name}.npz")
         t, first = np.unique(arrays["t"], return_index=True)
         gyr, acc, mag = (arrays[key][first].astype(float) for key in ("gyr", "acc", "mag_raw"))
         fits.append(fit_field(field_blocks([lh.Recording(t, gyr, acc, mag)])))
@@ -178,7 +179,7 @@ def test_numbers_that_hold_for_the_seen_attitudes_alone_are_refused(data_dir):
     """ADVIO 16 and 20: twice as good where held out, but a level sensor's heading would be off by a third of a turn."""
     recordings = []
     for name in ("advio_16", "advio_20"):
-        arrays = np.load(data_dir / "truth" / "advio" / f"{name}.npz")
+        arrays = load_arrays(data_dir / "truth" / "advio" / f"{name}.npz")
         recordings.append(lh.Recording(arrays["t"], arrays["gyr"], arrays["acc"], arrays["mag_raw"]))
     with pytest.raises(lh.LevelheadError, match="too vague"):
         lh.calibrate_magnetometer(recordings)

@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 
 import levelhead as lh
 from levelhead.inspection import examine
-from levelhead.inspection.agreement import Agreement, Hypothesis, agree
+from levelhead.inspection.agreement import BEYOND, Agreement, Hypothesis, agree
 from levelhead.inspection.findings import Finding
 from levelhead.inspection.repair import repair
 from levelhead.inspection.turns import examine_turns
@@ -280,3 +280,42 @@ def test_iron_of_several_fields_does_not_pull_the_turn(seed):
     segments = cut(recording.t, recording.gyr, recording.mag, False, 10)
     np.testing.assert_allclose(fit(segments, IDENTITY).matrix, IDENTITY, atol=0.05)
     assert agree(recording, 10).fault is None
+
+
+@pytest.mark.parametrize("role", ["gyr", "acc"])
+def test_a_late_sensor_is_named_with_its_delay(clean: Recording, role: str) -> None:
+    values = getattr(clean, role)
+    late = np.stack([np.interp(clean.t - 0.06, clean.t, axis) for axis in values.T], axis=1)
+    found = findings(changed(clean, **{role: late}))
+    one = found["sensor_delay"]
+    assert one.severity == "warning" and one.mend is not None and one.mend.role == role
+    assert one.value == pytest.approx(60.0 if role == "acc" else -60.0, abs=5.0)
+    assert "mag_delay" not in found  # a gyroscope that is late is one cause
+    assert "sensor_delay" not in findings(clean)
+    assert "sensor_delay" not in findings(one.mend.apply(changed(clean, **{role: late})))
+
+
+def test_a_slow_motion_in_another_unit_is_named() -> None:
+    recording = made(seed=3)
+    slow = changed(recording, t=5.0 * recording.t, gyr=np.degrees(0.2 * recording.gyr))
+    assert np.abs(slow.gyr).max() < BEYOND  # no rate is impossible
+    found = findings(slow)
+    assert found["gyro_scale"].what.endswith("its unit is wrong")
+
+
+def test_a_vigorous_motion_is_compared_in_finer_means() -> None:
+    """Means of 20 ms at 10 rad/s lose a percent of a turn, and a scale that is right would be off by that."""
+    recording = made(seed=4, seconds=150.0, rate=200.0)
+    faster = changed(recording, t=recording.t / 6.0, gyr=6.0 * recording.gyr)
+    (seen,) = [
+        one for one in agree(changed(faster, acc=np.tile([0.0, 0.0, 9.8], (len(faster), 1)))).seen if one.role == "mag"
+    ]
+    assert np.abs(seen.fit.matrix - IDENTITY).max() < 0.003
+
+
+def test_a_recording_of_twelve_seconds_is_compared_and_a_shorter_one_is_said_to_be_too_short() -> None:
+    recording = made(seed=5, seconds=12.0)
+    turned = findings(changed(recording, gyr=recording.gyr[:, [1, 2, 0]]))
+    assert "axes_order" in turned and "acc_gyr_test_invalid" not in turned
+    short = findings(recording[: 8 * 50])
+    assert "so short a recording" in short["acc_gyr_test_invalid"].what

@@ -10,6 +10,7 @@ from scipy.spatial.transform import Rotation
 import levelhead as lh
 from levelhead.joints.axes_fit import HEADING_WALK, add_walk, tangents
 from levelhead.rotations import interpolate, matrix
+from levelhead.sources.formats.npz import load_arrays
 
 DATA = Path(os.environ.get("LEVELHEAD_DATA", Path(__file__).parents[3] / "shared" / "data")) / "truth" / "diodem"
 UPPER = np.array([0.6, 0.0, 0.8])
@@ -153,7 +154,7 @@ def test_bad_input_is_one_sentence():
 @pytest.mark.parametrize("pair", [(2, 3), (3, 4), (4, 5)], ids=str)
 def test_angles_of_a_chain_beside_its_optical_references(pair):
     """Three hinges of DIODEM: 2° RMS after a constant was wanted, and σ has to cover the error."""
-    arrays = [np.load(DATA / f"trial1_seg{segment}.npz") for segment in pair]
+    arrays = [load_arrays(DATA / f"trial1_seg{segment}.npz") for segment in pair]
     found = lh.joint(*(lh.Recording(one["t"], one["gyr"], one["acc"], one["mag"]) for one in arrays))
     known = arrays[0]["ref_ok"] & arrays[1]["ref_ok"]
     upper, lower = (matrix(one["q_ref_sensor"][known]) for one in arrays)

@@ -10,6 +10,7 @@ from scipy.spatial.transform import Rotation
 import levelhead as lh
 from levelhead.publish.joint_files import write_joint
 from levelhead.rotations import ONE
+from levelhead.sources.formats.npz import load_arrays
 
 DATA = Path(os.environ.get("LEVELHEAD_DATA", Path(__file__).parents[3] / "shared" / "data")) / "truth" / "diodem"
 UPPER = Rotation.from_euler("zyx", [20, -35, 50], degrees=True)  # of the sensors on the segments
@@ -149,7 +150,7 @@ def test_files_of_three_angles_are_read_back(tmp_path):
 @pytest.mark.slow
 @pytest.mark.skipif(not DATA.is_dir(), reason=f"no recordings in {DATA}; LEVELHEAD_DATA names their folder")
 def test_a_real_hinge_has_no_adduction_and_no_second_axis():
-    arrays = [np.load(DATA / f"trial1_seg{segment}.npz") for segment in (3, 4)]
+    arrays = [load_arrays(DATA / f"trial1_seg{segment}.npz") for segment in (3, 4)]
     pair = [lh.Recording(one["t"], one["gyr"], one["acc"]) for one in arrays]
     three = lh.joint(*pair, axes=3)
     assert np.ptp(three.angle, axis=0)[0] > 150.0 and np.ptp(three.angle, axis=0)[1:].max() < 3.0

@@ -12,6 +12,7 @@ from levelhead.joints.axes_fit import tangents
 from levelhead.joints.cardan import cardan_angles, frames_of_pose
 from levelhead.recording import Array
 from levelhead.rotations import matrix
+from levelhead.sources.formats.npz import load_arrays
 
 DATA = Path(os.environ.get("LEVELHEAD_DATA", Path(__file__).parents[3] / "shared" / "data"))
 CHAIN, PEOPLE = DATA / "truth" / "diodem", DATA / "joints"
@@ -31,7 +32,7 @@ def rms(angle: Array, true: Array) -> Array:
 @pytest.mark.parametrize("pair", [(2, 3), (3, 4), (4, 5)], ids=str)
 def test_three_angles_of_a_chain_are_those_of_its_optical_references(pair):
     """The hinge of segments 2 and 3 has play: its references leave the axis by 12°, and so do the angles found."""
-    arrays = [np.load(CHAIN / f"trial1_seg{segment}.npz") for segment in pair]
+    arrays = [load_arrays(CHAIN / f"trial1_seg{segment}.npz") for segment in pair]
     known = arrays[0]["ref_ok"] & arrays[1]["ref_ok"]
     upper, lower = (matrix(one["q_ref_sensor"][known]) for one in arrays)
     recordings = [lh.Recording(one["t"], one["gyr"], one["acc"]) for one in arrays]

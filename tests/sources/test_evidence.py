@@ -8,6 +8,7 @@ from levelhead.recording import Recording
 from levelhead.signals.field_turn import field_turn
 from levelhead.signals.gravity_turn import turn_of_gravity
 from levelhead.sources.conclusion import Basis
+from levelhead.sources.formats.npz import load_arrays
 from levelhead.sources.interpret.accelerometer import acc_unit
 from levelhead.sources.interpret.clock_choice import guess_unit
 from levelhead.sources.interpret.gyroscope import _by_length, contradicts_rad_s, gyr_unit
@@ -97,7 +98,7 @@ def test_the_unit_of_a_phone_with_much_iron(name: str, data_dir: Path, tmp_path:
     path = data_dir / "truth" / "advio" / f"{name}.npz"
     if not path.is_file():
         pytest.skip("no truth/advio among the real recordings")
-    log = np.load(path)
+    log = load_arrays(path)
     table = np.column_stack([log["t"], log["acc"], log["gyr"], log["mag_raw"]])
     head = "t,ax,ay,az,gx,gy,gz,mx,my,mz"
     np.savetxt(tmp_path / "log.csv", table, "%.7g", ",", header=head, comments="")

@@ -36,6 +36,9 @@ BEYOND = 4000.0 * DEGREE  # rad/s: the widest range of gyroscopes in use (data s
 RARE, IMPOSSIBLE = 0.01, 60.0  # share of rates beyond it that are spikes; penalty of what leaves more of them there
 CLEAR, LONG = 5.0, 3  # contrast below which segments LONG times as long are looked at: their velocities stay as small
 CANDIDATES = 3  # wirings that are fitted
+UNLIKE = 0.3  # by which a number of M is off the identity's, from which other starts are tried
+SEARCHED = 12  # segments on which they are
+SCALES = (0.5, 2.0)  # that are tried besides the wirings
 BASINS = 0.9  # of what the identity leaves, from which another wiring starts the fit
 SHIFTED = 0.015  # s of delay, beyond which the fit is made again
 SLOW = 0.05  # s of delay, from which it may be a filter
@@ -91,29 +94,46 @@ class Hypothesis(NamedTuple):
 
 
 def look(role: str, seg: Segments) -> Seen:
-    """The matrix that fits best, from the best wiring."""
+    """The matrix that fits best, from the best start."""
     nothing = fit(seg, np.zeros((3, 3)), NONE).left
-    judged = screen(seg)
-    usual = next((share for share, one in judged if np.allclose(one / np.abs(one).max(), IDENTITY)), 1.0)
-    starts = [one for share, one in judged[:CANDIDATES] if share <= usual and not _is_usual(one)]
-    if np.abs(seg.rate).max() > BEYOND:
-        starts.append(DEGREE * IDENTITY)
-    if starts:
-        best, parts = fit(seg, IDENTITY, IDENTITY[None]), seg.split()
-        for start in starts:
-            basis = start[None] / np.abs(start).max()
-            one = fit(seg, fit(parts, start, basis).matrix, basis)
-            if one.left < BASINS * best.left:
-                best = one
-        whole = fit(seg, best.matrix, ALL_NINE, near=best)
-    else:
-        whole = fit(seg, IDENTITY)
+    whole = _fit_from(seg, _screened(seg))
+    if nothing < CLEAR * whole.left and np.abs(whole.matrix - IDENTITY).max() > UNLIKE:
+        other = _fit_from(seg, _searched(seg))
+        whole = other if other.left < BASINS * whole.left else whole
     whole, filtered = _without_delay(seg, whole, 1.0)
     contrast = nothing / max(whole.left, 1e-9)
     floor = FLOOR + FOLLOWS / max(contrast**2 - 1.0, 1e-3)  # what is left over what the turn explains
     covariance = whole.covariance + floor**2 * np.eye(9)
     weight = np.asarray(np.linalg.inv(covariance), dtype=np.float64)
     return Seen(role, whole, weight, contrast, filtered, seg)
+
+
+def _fit_from(seg: Segments, starts: Sequence[Array]) -> TurnMatrix:
+    """The fit of all nine numbers from the identity, or from a start that leaves clearly less."""
+    if not starts:
+        return fit(seg, IDENTITY)
+    best, parts = fit(seg, IDENTITY, IDENTITY[None]), seg.split()
+    for start in starts:
+        basis = start[None] / np.abs(start).max()
+        one = fit(seg, fit(parts, start, basis).matrix, basis)
+        if one.left < BASINS * best.left:
+            best = one
+    return fit(seg, best.matrix, ALL_NINE, near=best)
+
+
+def _screened(seg: Segments) -> list[Array]:
+    """Starts by the vector's turn; none where the readings as they are explain it best."""
+    judged = screen(seg)
+    usual = next((share for share, one in judged if np.allclose(one / np.abs(one).max(), IDENTITY)), 1.0)
+    starts = [one for share, one in judged[:CANDIDATES] if share <= usual and not _is_usual(one)]
+    return starts + ([DEGREE * IDENTITY] if np.abs(seg.rate).max() > BEYOND else [])
+
+
+def _searched(seg: Segments) -> list[Array]:
+    """Starts by trial of each wiring and of the usual scales, where forces hide the turn within short spans."""
+    few = seg.choose(SEARCHED).split()
+    tried = [*WIRINGS, *(scale * IDENTITY for scale in (*SCALES, *UNITS))]
+    return sorted(tried, key=lambda one: fit(few, one, NONE).left)[:CANDIDATES]
 
 
 def _is_usual(start: Array) -> bool:

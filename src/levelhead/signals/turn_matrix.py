@@ -14,6 +14,7 @@ that of estimates from independent segments (H. White, Maximum likelihood estima
 Econometrica 50, 1982, eq. 3.2): nothing is assumed of noise within one.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import permutations, product
@@ -26,10 +27,8 @@ from levelhead.recording import Array, median
 
 SEGMENT, SHORTEST = 4.0, 2.0  # s; of a short recording at least
 PARTS = 4  # of a segment: their turns are smaller, and so is the danger of a minimum that is not the least
-MAX_RATE = 50.0  # Hz to which readings are averaged, or more, so that
-MAX_TURN, FAST = 0.05, 0.99  # rad are the most that a sensor turns in a mean, but for the rest of its rates
+MAX_RATE = 50.0  # Hz to which readings are averaged
 MAX_SEGMENTS = 48  # segments that are looked at
-MAX_ROWS = 10_000  # that show how fast it turns
 BLOCKS = 16  # values of a segment that are compared
 MIN_SEGMENTS = 5  # segments
 STEPS = 8  # of Gauss and Newton
@@ -98,6 +97,7 @@ class Segments:
 
     Attributes:
         rate: rad/s, (k, m, 3).
+        coning: rad/s by which the turn of a sample differs from that of its mean rate, (k, m, 3).
         vector: specific force or field, (k, m, 3).
         step: s, (k, m).
         start: s, (m,).
@@ -106,6 +106,7 @@ class Segments:
     """
 
     rate: Array
+    coning: Array
     vector: Array
     step: Array
     start: Array
@@ -124,6 +125,11 @@ class Segments:
         made: Array = np.concatenate([middle[:1], middle, middle[-1:]])
         return made
 
+    def choose(self, most: int) -> "Segments":
+        """At most so many segments, spread over the recording."""
+        rows = np.linspace(0, len(self.start) - 1, min(most, len(self.start))).round().astype(int)
+        return self._replace(lambda values: values[:, rows], self.start[rows])
+
     def split(self) -> "Segments":
         """``PARTS`` segments of each, where they are long enough."""
         size = len(self.step) // PARTS
@@ -136,7 +142,11 @@ class Segments:
             return made
 
         start = np.concatenate([self.start + one * self.step[:size].sum(axis=0) for one in range(PARTS)])
-        return replace(self, rate=parts(self.rate), vector=parts(self.vector), step=parts(self.step), start=start)
+        return self._replace(parts, start)
+
+    def _replace(self, change: Callable[[Array], Array], start: Array) -> "Segments":
+        rate, coning, vector, step = map(change, (self.rate, self.coning, self.vector, self.step))
+        return replace(self, rate=rate, coning=coning, vector=vector, step=step, start=start)
 
     def sharpen(self, lag: float) -> "Segments":
         """Without a filter of first order whose time constant is ``lag`` s."""
@@ -162,8 +172,7 @@ def cut(
     step = median(np.diff(t)) if len(t) > 1 else 0.0
     if not step > 0.0:
         return None
-    fastest = float(np.nanquantile(np.linalg.norm(gyr[:: 1 + len(gyr) // MAX_ROWS], axis=1), FAST))
-    every = max(1, int(overlap * min(1.0 / MAX_RATE, MAX_TURN / max(fastest, 1e-9)) / step))
+    every = max(1, int(overlap / (step * MAX_RATE)))
     long = min(SEGMENT, max(SHORTEST, len(t) * step / (MIN_SEGMENTS + overlap)))
     size = round(long / (step * every)) * every
     count = len(t) // max(size, 1)
@@ -185,7 +194,25 @@ def cut(
         made: Array = values[rows].reshape(size // every, every, len(starts), *values.shape[1:]).mean(axis=1)
         return made
 
-    return Segments(average(gyr), average(vector), average(steps) * every, t[starts], is_force, overlap)
+    coning = _coning((gyr[rows] * steps[rows][..., None]).reshape(size // every, every, len(starts), 3))
+    step_of = average(steps) * every
+    return Segments(average(gyr), coning / step_of[..., None], average(vector), step_of, t[starts], is_force, overlap)
+
+
+def _coning(angle: Array) -> Array:
+    """½ Σ (θ₁ + … + θᵢ₋₁) × θᵢ over axis 1 of (k, n, m, 3) angles: the turn beyond their sum, of second order.
+
+    J. W. Jordan, An accurate strapdown direction cosine algorithm, NASA TN D-5384, 1969.
+    """
+    before = np.cumsum(angle, axis=1) - angle
+    made: Array = 0.5 * np.cross(before, angle).sum(axis=1)
+    return made
+
+
+def _cofactors(matrix: Array) -> Array:
+    """The matrix C with (M a) × (M b) = C (a × b)."""
+    x, y, z = matrix
+    return np.stack([np.cross(y, z), np.cross(z, x), np.cross(x, y)])
 
 
 def _skew(values: Array) -> Array:
@@ -277,7 +304,7 @@ class _State(NamedTuple):
 
 def _evaluate(seg: Segments, matrix: Array, bias: Array, more: Array) -> _State:
     """The rest at M, b and r (or c)."""
-    rate = seg.rate @ matrix.T + bias
+    rate = seg.rate @ matrix.T + bias + seg.coning @ _cofactors(matrix).T
     rotation = integrate_rotation(rate, seg.step)
     turned = np.einsum("kmij,kmj->kmi", rotation, seg.vector)
     if seg.is_force:
