@@ -196,7 +196,8 @@ def cut(
 
     coning = _coning((gyr[rows] * steps[rows][..., None]).reshape(size // every, every, len(starts), 3))
     step_of = average(steps) * every
-    return Segments(average(gyr), coning / step_of[..., None], average(vector), step_of, t[starts], is_force, overlap)
+    coning /= step_of.clip(1e-9)[..., None]
+    return Segments(average(gyr), coning, average(vector), step_of, t[starts], is_force, overlap)
 
 
 def _coning(angle: Array) -> Array:
