@@ -285,11 +285,11 @@ def test_iron_of_several_fields_does_not_pull_the_turn(seed):
 @pytest.mark.parametrize("role", ["gyr", "acc"])
 def test_a_late_sensor_is_named_with_its_delay(clean: Recording, role: str) -> None:
     values = getattr(clean, role)
-    late = np.stack([np.interp(clean.t - 0.06, clean.t, axis) for axis in values.T], axis=1)
+    late = np.stack([np.interp(clean.t - 0.04, clean.t, axis) for axis in values.T], axis=1)
     found = findings(changed(clean, **{role: late}))
     one = found["sensor_delay"]
     assert one.severity == "warning" and one.mend is not None and one.mend.role == role
-    assert one.value == pytest.approx(60.0 if role == "acc" else -60.0, abs=5.0)
+    assert one.value == pytest.approx(40.0 if role == "acc" else -40.0, abs=4.0)
     assert "mag_delay" not in found  # a gyroscope that is late is one cause
     assert "sensor_delay" not in findings(clean)
     assert "sensor_delay" not in findings(one.mend.apply(changed(clean, **{role: late})))

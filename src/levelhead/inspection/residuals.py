@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from levelhead.inspection.agreement import SETTLED, Hypothesis, Seen
+from levelhead.inspection.agreement import SETTLED, SLOW, Hypothesis, Seen
 from levelhead.inspection.findings import Finding
 from levelhead.inspection.mend import Mend
 from levelhead.inspection.values import NAMES
@@ -48,16 +48,17 @@ def examine_delay(force: Seen) -> Iterator[Finding]:
     if delay == 0.0:
         return
     late, other = ("acc", "gyroscope") if delay > 0.0 else ("gyr", "accelerometer")
+    slow = delay > SLOW  # a filter delays as much, and no delay of its own mends that
     yield Finding(
         "sensor_delay",
-        "warning" if abs(delay) - spread > TOO_FAR else "note",
-        f"the {NAMES[late]} comes {1e3 * abs(delay):.0f} ms later than the {other}",
+        "warning" if abs(delay) - spread > TOO_FAR and not slow else "note",
+        f"the {NAMES[late]} comes {1e3 * abs(delay):.0f} ms later than the {other}{', or is filtered' if slow else ''}",
         f"where gravity's turn fits best, ±{1e3 * spread:.0f} ms",
         "Give both sensors one filter and one clock.",
         value=1e3 * delay,
         interval=(1e3 * (delay - spread), 1e3 * (delay + spread)),
         unit="ms",
-        mend=Mend(late, np.eye(3), np.zeros(3), delay=abs(delay)),
+        mend=None if slow else Mend(late, np.eye(3), np.zeros(3), delay=abs(delay)),
     )
 
 
