@@ -26,7 +26,7 @@ class ESKF(NamedTuple):
     scale_start: Annotated[float, nonnegative("", "1σ of the gyroscope's scale and cross-axis", 1e-4, 0.05)] = 0.003
     scale_walk: Annotated[float, nonnegative("1/√s", "random walk of these", 1e-07, 0.001)] = 1e-5
     acc_noise: Annotated[float, positive("(m/s²)/√Hz", "noise density of specific force", 0.001, 0.5)] = 0.03
-    acc_bias: Annotated[float, nonnegative("m/s²", "1σ of the accelerometer's bias", 0.001, 0.5)] = 0.1
+    acc_bias: Annotated[float, nonnegative("m/s²", "1σ of the accelerometer's bias", 0.001, 0.5)] = 0.07
     acc_walk: Annotated[float, nonnegative("(m/s²)/√s", "random walk of this bias", 1e-07, 0.01)] = 2e-5
     velocity_density: Annotated[float, positive("(m/s)·√s", "density of a body's velocity about zero", 0.05, 5.0)] = 0.4
     max_velocity_density: Annotated[
