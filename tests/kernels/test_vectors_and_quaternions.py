@@ -81,7 +81,8 @@ def test_the_series_of_exp_is_exact_to_rounding(v):
     q = quat.exp(v)
     assert q.w == pytest.approx(math.cos(half), abs=3e-16)
     sinc = 0.5 * np.sinc(half / math.pi)
-    np.testing.assert_allclose([q.x, q.y, q.z], [c * sinc for c in v], rtol=4e-16, atol=1e-300)
+    # Both sides round twice: three units in the last place
+    np.testing.assert_allclose([q.x, q.y, q.z], [c * sinc for c in v], rtol=7e-16, atol=1e-300)
 
 
 @given(UNITS)
