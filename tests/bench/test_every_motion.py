@@ -36,9 +36,8 @@ SETS = {  # with magnetometers
         0.633, 0.538, 0.008, 0.018,
         {
             "Guillaume_Nexus5_Dist_FrontPocket", "Guillaume_Nexus5_Dist_BackPocket", "Guillaume_iPhone4S_Dist_Swinging",
-            "Guillaume_iPhone5_NoDist_RunningHand", "Guillaume_iPhone4S_Dist_FrontPocket",
+            "Guillaume_iPhone4S_Dist_FrontPocket", "Guillaume_iPhone5_Dist_BackPocket",
             "Guillaume_Nexus5_NoDist_Swinging", "Guillaume_iPhone4S_NoDist_Phoning",
-            "Guillaume_iPhone5_Dist_BackPocket",
         },
     ),
     "truth/diodem": (0.0725, 0.295, 0.001, 0.0, set()),
