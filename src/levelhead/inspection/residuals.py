@@ -54,7 +54,7 @@ def examine_delay(force: Seen) -> Iterator[Finding]:
         "warning" if abs(delay) - spread > TOO_FAR and not slow else "note",
         f"the {NAMES[late]} comes {1e3 * abs(delay):.0f} ms later than the {other}{', or is filtered' if slow else ''}",
         f"where gravity's turn fits best, ±{1e3 * spread:.0f} ms",
-        "Give both sensors one filter and one clock.",
+        f"Give both sensors one filter and one clock{'' if slow else '; --fix shifts it'}.",
         value=1e3 * delay,
         interval=(1e3 * (delay - spread), 1e3 * (delay + spread)),
         unit="ms",
