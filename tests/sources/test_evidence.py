@@ -11,7 +11,7 @@ from levelhead.sources.conclusion import Basis
 from levelhead.sources.formats.npz import load_arrays
 from levelhead.sources.interpret.accelerometer import acc_unit
 from levelhead.sources.interpret.clock_choice import guess_unit
-from levelhead.sources.interpret.gyroscope import _by_length, contradicts_rad_s, gyr_unit
+from levelhead.sources.interpret.gyroscope import _against_field, _by_length, contradicts_rad_s, gyr_unit
 from levelhead.sources.interpret.magnetometer import mag_unit
 
 
@@ -111,5 +111,4 @@ def test_a_raw_magnetometer_tells_the_unit_of_a_gyroscope():
     hand = simulate.recording("ICM-20948", "hand", duration=60, rate=100, seed=2)
     field = hand.mag + np.array([500.0, -300.0, 100.0])
     for unit, factor in (("rad/s", 1.0), ("deg/s", 180.0 / np.pi)):
-        found = _by_length(hand.t, hand.gyr * factor, field)
-        assert found is not None and found[0] == unit
+        assert _by_length(_against_field(hand.t, hand.gyr * factor, field)) == unit

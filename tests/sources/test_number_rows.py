@@ -2,11 +2,13 @@
 
 import math
 import random
+import unittest.mock
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from levelhead.sources.formats.text import number_rows as module
 from levelhead.sources.formats.text.delimited import TextTable
 from levelhead.sources.formats.text.file import open_text
 from levelhead.sources.formats.text.number_rows import number_rows
@@ -15,6 +17,13 @@ PLAIN = ["0", "-0", "-0.0", "+.5", "5.", "  1.5 ", "-12345.678901", "0.1", "1e3"
          "0.000123456789012345678", "0.30000000000000004", "9007199254740993", "1234567890123456789"]  # fmt: skip
 BLANK = ["", "nan", "NaN", " ", "-", "N/A", "null", "None", "--", "-nan(ind)"]
 OTHER = [".", "1_0", "12a", "1.2.3", "0x10", "1 2", "nano", "--1", "٣"]
+
+
+@pytest.fixture(autouse=True, params=["numpy", "msgspec"])
+def reader(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> str:
+    """Both readers get each text, whatever its length."""
+    monkeypatch.setattr(module, "_LONG", 0 if request.param == "msgspec" else math.inf)
+    return str(request.param)
 
 
 def made(rng: random.Random) -> str:
@@ -32,6 +41,26 @@ def test_each_cell_has_the_bits_of_float() -> None:
     found = number_rows("\n".join(f"1,{cell},2" for cell in cells), ",", 3, [1], [])
     assert found is not None and list(found) == [1]
     assert found[1].tobytes() == np.array([float(cell) for cell in cells]).tobytes()
+
+
+@pytest.mark.parametrize("delimiter", [",", ";", "\t", "|"])
+def test_plain_numbers_go_to_the_fast_reader(delimiter: str, reader: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    rng = random.Random(2)
+    rows = [[str(k), f"{rng.gauss(0, 10):.6f}", repr(rng.gauss(0, 1e-3)), "-0.0"] for k in range(-500, 500)]
+    parse = unittest.mock.Mock(wraps=module._parse)
+    monkeypatch.setattr(module, "_parse", parse)
+    found = number_rows("\n".join(map(delimiter.join, rows)) + "\n", delimiter, 4, [0, 2, 3], [0])
+    assert found is not None and parse.called == (reader == "numpy")
+    assert found[0].dtype == np.int64 and found[0].tolist() == list(range(-500, 500))
+    for i in (2, 3):
+        assert found[i].tobytes() == np.array([float(row[i]) for row in rows]).tobytes()
+
+
+@pytest.mark.parametrize("cell", ["-0", "-0 ", " -0", "9" * 400, "1e400", "18446744073709551617"])
+def test_numbers_at_the_edges_of_json_have_the_bits_of_float(cell: str) -> None:
+    found = number_rows(f"1,{cell}\n{cell},2", ",", 2, [0, 1], [])
+    assert found is not None
+    assert np.concatenate([found[0], found[1]]).tobytes() == np.array([1.0, float(cell), float(cell), 2.0]).tobytes()
 
 
 @pytest.mark.parametrize("delimiter", [",", ";", "\t", "|"])

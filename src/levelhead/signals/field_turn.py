@@ -23,7 +23,6 @@ class FieldTurn(NamedTuple):
         correlation: of the field's turn with the gyroscope's, as the axes are.
         scale: how far the field turns for 1 of the gyroscope's.
         offset: the same correlation when any offset is allowed.
-        free: the same when any 3×3 axes are allowed too.
         turned: rms turn of the body per span, rad.
         spans: how many independent ones.
         length: of the field that turns with the body, without a constant offset, in the magnetometer's unit.
@@ -33,7 +32,6 @@ class FieldTurn(NamedTuple):
     correlation: float
     scale: float
     offset: float
-    free: float
     turned: float
     spans: int
     length: float
@@ -71,15 +69,23 @@ def field_turn(t: Array, gyr: Array, mag: Array, span: float = SPAN) -> FieldTur
     if min(norms) <= 0.0:
         return None
     both = float((real * said).sum())
-    columns = np.concatenate([turn[:, :, None] * middle[:, None, :], turn[:, :, None]], axis=2).reshape(len(turn), -1)
-    fit, *_ = np.linalg.lstsq(columns, real, rcond=None)
-    left = float(((real - columns @ fit) ** 2).sum())
     offset, length, error = _without_offset(turn, middle, real, step)
     return FieldTurn(
         both / np.sqrt(norms[0] * norms[1]), both / norms[1], offset,
-        float(np.sqrt(max(0.0, 1.0 - left / norms[0]))), float(np.sqrt((turn * turn).sum(axis=1).mean())),
-        len(turn) // step, length, error,
+        float(np.sqrt((turn * turn).sum(axis=1).mean())), len(turn) // step, length, error,
     )  # fmt: skip
+
+
+def free_correlation(t: Array, gyr: Array, mag: Array, span: float = SPAN) -> float:
+    """The correlation of a FieldTurn when any offset and any 3×3 axes are allowed; 0 without enough readings."""
+    spans = _spans(t, gyr, mag, span)
+    if spans is None:
+        return 0.0
+    turn, middle, real, _ = spans
+    columns = np.concatenate([turn[:, :, None] * middle[:, None, :], turn[:, :, None]], axis=2).reshape(len(turn), -1)
+    fit, *_ = np.linalg.lstsq(columns, real, rcond=None)
+    left, whole = float(((real - columns @ fit) ** 2).sum()), float((real * real).sum())
+    return float(np.sqrt(max(0.0, 1.0 - left / whole))) if whole > 0.0 else 0.0
 
 
 def _without_offset(turn: Array, middle: Array, real: Array, step: int) -> tuple[float, float, float]:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from levelhead.errors import LevelheadError
 from levelhead.open_types import ReadOnlyJson
 from levelhead.recording import Array, Recording, median
-from levelhead.signals.field_turn import field_turn, is_normalised
+from levelhead.signals.field_turn import field_turn, free_correlation, is_normalised
 from levelhead.signals.gravity_turn import excerpt, median_norm
 from levelhead.sources.conclusion import Basis, Conclusion
 from levelhead.sources.hints import MEANING, Hints, Scale
@@ -288,7 +288,7 @@ def _interpret_mag(
     table: Table, roles: Roles, hints: Hints, readings: Readings, gyr: Array, evidence: Evidence,
     scales: dict[str, Scale],
 ) -> bool:  # fmt: skip
-    """Whether there is a field that is of use; its scale is found."""
+    """Whether the field may turn with the body: one that does not would teach a wrong heading. Its scale is found."""
     if "mag" not in roles.columns:
         return False
     scales["mag"] = RELATIVE_SCALE
@@ -305,27 +305,20 @@ def _interpret_mag(
     if "mag" not in hints.scale and is_normalised(values):
         evidence.conclusions.append(Conclusion("mag.unit", "normalised", None, Basis.NUMBERS))
         declared, relative = None, True
-    scales["mag"] = (
-        mag_scale(values, declared, relative, evidence, field_turn(readings.t, gyr, values)) or RELATIVE_SCALE
-    )
+    turn = field_turn(readings.t, gyr, values)
+    scales["mag"] = mag_scale(values, declared, relative, evidence, turn) or RELATIVE_SCALE
     mag = _scale_columns("mag", values, scales["mag"], table, positions)
-    return "mag" in hints.map or _turns_with_body(readings.t, gyr, mag, evidence)
-
-
-_LEAVE_OUT: ReadOnlyJson = {"map": {"mag": []}}
-
-
-def _turns_with_body(t: Array, gyr: Array, mag: Array, evidence: Evidence) -> bool:
-    """Whether the field may turn with the body: one that does not would teach a wrong heading."""
-    turn = field_turn(t, gyr, mag)
-    if turn is None or not turn.unusable:
+    if "mag" in hints.map or turn is None or not turn.unusable:
         return True
     facts = {
-        "correlation": turn.correlation, "scale": turn.scale, "offset": turn.offset, "free": turn.free,
-        "length": median_norm(mag),
+        "correlation": turn.correlation, "scale": turn.scale, "offset": turn.offset,
+        "free": free_correlation(readings.t, gyr, values), "length": median_norm(mag),
     }  # fmt: skip
     evidence.conclusions.append(Conclusion("mag.used", "does_not_turn", False, Basis.NUMBERS, facts, _LEAVE_OUT))
     return False
+
+
+_LEAVE_OUT: ReadOnlyJson = {"map": {"mag": []}}
 
 
 def _refuse_empty(table: Table, positions: Sequence[int], columns: Mapping[int, Column]) -> None:

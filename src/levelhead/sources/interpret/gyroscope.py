@@ -1,6 +1,7 @@
 """The scale of the gyroscope: its declared unit against its numbers, or the likeliest unit (``gyroscope_unit``)."""
 
 import math
+from collections.abc import Mapping
 
 from levelhead import units
 from levelhead.errors import LevelheadError
@@ -66,16 +67,16 @@ def gyr_scale(
         return _checked_gyr(values[rows], scale, hinted, t[rows], acc[rows], table, evidence)
     whole = Whole(evidence.acc_per_g, evidence.acc_norm, _whole_norm(mag))
     found = gyr_unit(t[rows], values[rows], acc[rows], whole)
-    if found.basis is Basis.GUESS and (proved := _by_field(t, values, mag)) is not None:
-        unit, turn = proved
+    turns = _against_field(t, values, mag) if found.basis is Basis.GUESS else {}
+    if (unit := _by_field(turns)) is not None:
         scale = Scale(units.factor("gyr", unit), unit)
-        facts = {"scale": turn.scale, "correlation": turn.correlation}
+        facts = {"scale": turns[unit].scale, "correlation": turns[unit].correlation}
         evidence.conclude("gyr.unit", "field", scale, Basis.NUMBERS, facts, {"units": {"gyr": unit}})
         return scale
-    if found.basis is Basis.GUESS and (proved := _by_length(t, values, mag)) is not None:
-        unit, turn = proved
+    if (unit := _by_length(turns)) is not None:
         scale = Scale(units.factor("gyr", unit), unit)
-        evidence.conclude("gyr.unit", "length", scale, Basis.GUESS, {"length": turn.length}, {"units": {"gyr": unit}})
+        facts = {"length": turns[unit].length}
+        evidence.conclude("gyr.unit", "length", scale, Basis.GUESS, facts, {"units": {"gyr": unit}})
         return scale
     if not found.sure and evidence.acc_per_g == PER_G and large_rate(values) < _AT_REST:  # as after power-up
         facts = {**found.facts, "counts": PER_DEGREE, "per_g": PER_G}
@@ -119,23 +120,27 @@ def _counts_scale(per_unit: float) -> Scale:
     return Scale(DEGREE, f"counts, {per_unit:g} per deg/s", per_unit)
 
 
-def _by_field(t: Array, values: Array, mag: Array | None) -> tuple[str, FieldTurn] | None:
-    """(unit, turn) of a gyroscope against which a magnetometer turns; None if it does not, or there is none."""
-    for unit, factor in (("rad/s", 1.0), ("deg/s", DEGREE)):
-        turn = None if mag is None else field_turn(t, values * factor, mag)
-        if turn is not None and turn.correlation > 0.8 and 0.6 < turn.scale < 1.6 and turn.turned > 0.05:
-            return unit, turn
-    return None
+def _against_field(t: Array, values: Array, mag: Array | None) -> dict[str, FieldTurn]:
+    """How a magnetometer turns against the gyroscope in each unit in which that can be seen."""
+    if mag is None:
+        return {}
+    turns = {unit: field_turn(t, values * factor, mag) for unit, factor in (("rad/s", 1.0), ("deg/s", DEGREE))}
+    return {unit: turn for unit, turn in turns.items() if turn is not None}
 
 
-def _by_length(t: Array, values: Array, mag: Array | None) -> tuple[str, FieldTurn] | None:
-    """(unit, turn) of a gyroscope by a raw magnetometer: the one in which the field has the earth's length."""
-    found = []
-    for unit, factor in (("rad/s", 1.0), ("deg/s", DEGREE)):
-        turn = None if mag is None else field_turn(t, values * factor, mag)
-        if turn is not None and turn.shows_field and unit_of_field(turn) is not None:
-            found.append((unit, turn))
-    return found[0] if len(found) == 1 else None
+def _by_field(turns: Mapping[str, FieldTurn]) -> str | None:
+    """The unit of a gyroscope against which a magnetometer turns; None if it does not."""
+    fits = (
+        unit for unit, turn in turns.items()
+        if turn.correlation > 0.8 and 0.6 < turn.scale < 1.6 and turn.turned > 0.05
+    )  # fmt: skip
+    return next(fits, None)
+
+
+def _by_length(turns: Mapping[str, FieldTurn]) -> str | None:
+    """The unit of a gyroscope by a raw magnetometer: the one in which the field has the earth's length."""
+    fits = [unit for unit, turn in turns.items() if turn.shows_field and unit_of_field(turn) is not None]
+    return fits[0] if len(fits) == 1 else None
 
 
 def _checked_gyr(
