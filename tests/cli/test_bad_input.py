@@ -192,6 +192,12 @@ def test_a_folder_that_cannot_be_made(refused, logs, tmp_path, verb):
     assert (tmp_path / "file").read_text() == "no folder" and len(list(tmp_path.iterdir())) == 1
 
 
+def test_the_name_of_a_file_for_a_folder(refused, logs, tmp_path):
+    error = refused("fuse", logs / "hand.csv", "-o", tmp_path / "track.csv")
+    assert f"it is the name of a file; expected a folder for the results, such as -o {tmp_path / 'track'}" in error
+    assert not (tmp_path / "track.csv").exists()
+
+
 def test_a_result_where_a_folder_stands(refused, logs, tmp_path):
     (tmp_path / "hand-track.csv").mkdir()
     assert "it is a folder" in refused("fuse", logs / "hand.csv", "-o", tmp_path)

@@ -3,9 +3,7 @@
 from pathlib import Path
 from typing import Annotated
 
-from cyclopts import Parameter
-
-from levelhead.cli.options import Axes, Reading, folder, print_line, require_writable
+from levelhead.cli.options import OUT_FOLDER, Axes, Reading, folder, print_line, require_writable
 from levelhead.errors import LevelheadError, require
 
 
@@ -14,7 +12,7 @@ def axes(
     /,
     *,
     axes: Axes = "",
-    out: Annotated[Path | None, Parameter(name=["--out", "-o"], metavar="DIR")] = None,
+    out: Annotated[Path | None, OUT_FOLDER] = None,
     reading: Reading = Reading(),  # noqa: B008
 ) -> None:
     """Find the axis map from a log in which the body is still and level for a second, and then leans to its right side.

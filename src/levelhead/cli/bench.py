@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import App, Parameter
 
-from levelhead.cli.options import filter_option, folder, parse_method, print_json, print_line
+from levelhead.cli.options import OUT_FOLDER, filter_option, folder, parse_method, print_json, print_line
 from levelhead.errors import LevelheadError, require
 
 if TYPE_CHECKING:
@@ -30,7 +30,7 @@ def accuracy(
     mag: Annotated[bool, Parameter(negative="--no-mag", show_default=False)] = True,
     per_recording: Annotated[bool, Parameter(negative="")] = False,
     jobs: int | None = None,
-    out: Annotated[Path | None, Parameter(name=["--out", "-o"], metavar="DIR")] = None,
+    out: Annotated[Path | None, OUT_FOLDER] = None,
     json: Annotated[bool, Parameter(negative="")] = False,
 ) -> None:
     """Errors of all filters and of vqf, imufusion, ahrs and RIANN on recordings with a reference, by group.

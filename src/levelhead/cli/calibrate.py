@@ -7,6 +7,7 @@ from cyclopts import Parameter
 
 from levelhead.cli.calibrated_log import read_uncalibrated, read_with_field
 from levelhead.cli.options import (
+    OUT_FOLDER,
     Axes,
     Reading,
     can_draw,
@@ -37,7 +38,7 @@ def calibrate(
     acc_range: Annotated[float, Parameter(metavar="G")] = 4.0,
     gravity: Annotated[float, Parameter(metavar="M/S²")] = GRAVITY,
     turn: Annotated[float | None, Parameter(metavar="DEG")] = None,
-    out: Annotated[Path, Parameter(name=["--out", "-o"], metavar="DIR")] = Path(),
+    out: Annotated[Path, OUT_FOLDER] = Path(),
     plot: bool = True,
     json: Annotated[bool, Parameter(negative="")] = False,
     reading: Reading = Reading(),  # noqa: B008

@@ -9,6 +9,7 @@ from levelhead.cli.calibrated_log import CalibrationFile, log_or_simulation
 from levelhead.cli.options import (
     FILTERS,
     NO_PICTURE,
+    OUT_FOLDER,
     FromFile,
     GuardWords,
     Reading,
@@ -63,7 +64,7 @@ def compare(
     tuned: FromFile = None,
     calibration: CalibrationFile = None,
     guard: GuardWords = (),
-    out: Annotated[Path | None, Parameter(name=["--out", "-o"], metavar="DIR")] = None,
+    out: Annotated[Path | None, OUT_FOLDER] = None,
     json: Annotated[bool, Parameter(negative="")] = False,
     reading: Reading = Reading(),  # noqa: B008
 ) -> None:

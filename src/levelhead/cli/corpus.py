@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 from cyclopts import App, Parameter
 
 from levelhead.cli.options import (
+    OUT_FOLDER,
     Engine,
     GuardWords,
     Reading,
@@ -50,7 +51,7 @@ NoMag = Annotated[bool, Parameter(name="--mag", negative="--no-mag", show_defaul
 class Running:
     """Place of the work and of its results."""
 
-    out: Annotated[Path, Parameter(name=["--out", "-o"], metavar="DIR")] = Path("corpus-results")
+    out: Annotated[Path, OUT_FOLDER] = Path("corpus-results")
     """Folder for the results: the Parquet dataset rows/ and report.html. The same command continues an
     interrupted run."""
     workers: Annotated[int | None, Parameter(metavar="N")] = None

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
-from levelhead.cli.options import NO_PICTURE, can_draw, folder, print_json, print_line
+from levelhead.cli.options import NO_PICTURE, OUT_FOLDER, can_draw, folder, print_json, print_line
 from levelhead.filters import AccelTilt, BiasRateKalman, Complementary, GyroIntegration, Kalman, RollPitchKalman
 
 if TYPE_CHECKING:
@@ -20,7 +20,7 @@ LESSON = (AccelTilt(), GyroIntegration(), Complementary(), PER_SAMPLE, DENSITY, 
 
 def demo(
     *,
-    out: Annotated[Path, Parameter(name=["--out", "-o"], metavar="DIR")] = Path("demo-output"),
+    out: Annotated[Path, OUT_FOLDER] = Path("demo-output"),
     seed: int = 42,
     full: Annotated[bool, Parameter(negative="")] = False,
     json: Annotated[bool, Parameter(negative="")] = False,

@@ -7,6 +7,7 @@ from cyclopts import Parameter
 
 from levelhead import filters
 from levelhead.cli.options import (
+    OUT_FOLDER,
     FromFile,
     GuardWords,
     filter_names,
@@ -41,7 +42,7 @@ def export(
     wasm: Annotated[bool, Parameter(negative="")] = False,
     board: Annotated[str, Parameter(metavar="NAME")] = "",
     chip: Annotated[str, Parameter(metavar="NAME")] = "MPU-6050",
-    out: Annotated[Path, Parameter(name=["--out", "-o"], metavar="DIR")] = Path(),
+    out: Annotated[Path, OUT_FOLDER] = Path(),
     json: Annotated[bool, Parameter(negative="")] = False,
 ) -> None:
     """A filter with its numbers as C99: header, source, self-test, CMake file and a sketch for a chip.

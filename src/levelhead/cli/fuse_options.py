@@ -10,6 +10,7 @@ from cyclopts import Parameter
 from levelhead import filters
 from levelhead.cli.calibrated_log import CalibrationFile
 from levelhead.cli.options import (
+    OUT_FOLDER,
     FilterName,
     FromFile,
     GuardWords,
@@ -190,7 +191,7 @@ class FuseArguments:
     field (--set field_sigma=0.15); needs the extra levelhead[place]."""
     date: Annotated[str | None, Parameter(metavar="YYYY-MM-DD")] = None
     """Date of the log, for --place; by default its clock's."""
-    out: Annotated[Path, Parameter(name=["--out", "-o"], metavar="DIR")] = Path()
+    out: Annotated[Path, OUT_FOLDER] = Path()
     """Folder for the results LOG-track.csv and LOG-track.png."""
     format: Literal["csv", "parquet", "npz", "mcap", "bag", "db3"] = "csv"
     """Format of the track. Above a million rows, Parquet takes a tenth of the time of CSV. mcap, db3 (ROS 2) and bag

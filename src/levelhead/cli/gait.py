@@ -5,7 +5,16 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from levelhead.cli.options import Reading, can_draw, folder, print_json, print_line, print_written, require_writable
+from levelhead.cli.options import (
+    OUT_FOLDER,
+    Reading,
+    can_draw,
+    folder,
+    print_json,
+    print_line,
+    print_written,
+    require_writable,
+)
 
 
 def gait(
@@ -13,7 +22,7 @@ def gait(
     /,
     *,
     level: bool = True,
-    out: Annotated[Path, Parameter(name=["--out", "-o"], metavar="DIR")] = Path(),
+    out: Annotated[Path, OUT_FOLDER] = Path(),
     plot: bool = True,
     json: Annotated[bool, Parameter(negative="")] = False,
     reading: Reading = Reading(),  # noqa: B008

@@ -5,7 +5,16 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import Parameter
 
-from levelhead.cli.options import Reading, can_draw, folder, print_json, print_line, print_written, require_writable
+from levelhead.cli.options import (
+    OUT_FOLDER,
+    Reading,
+    can_draw,
+    folder,
+    print_json,
+    print_line,
+    print_written,
+    require_writable,
+)
 from levelhead.errors import LevelheadError
 from levelhead.open_types import JsonObject
 
@@ -21,7 +30,7 @@ def joint(
     axes: Literal[1, 2, 3] = 1,
     zero: Annotated[float | None, Parameter(metavar="S")] = None,
     format: Literal["csv", "mot", "c3d"] = "csv",
-    out: Annotated[Path, Parameter(name=["--out", "-o"], metavar="DIR")] = Path(),
+    out: Annotated[Path, OUT_FOLDER] = Path(),
     plot: bool = True,
     json: Annotated[bool, Parameter(negative="")] = False,
     reading: Reading = Reading(),  # noqa: B008

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 from cyclopts import Parameter
 
 from levelhead.cli.options import (
+    OUT_FOLDER,
     Reading,
     can_draw,
     folder,
@@ -28,7 +29,7 @@ def noise(
     chip: Annotated[str | None, Parameter(metavar="NAME")] = None,
     temperature: Annotated[Path | None, Parameter(metavar="FILE")] = None,
     kalibr: Annotated[bool, Parameter(negative="")] = False,
-    out: Annotated[Path, Parameter(name=["--out", "-o"], metavar="DIR")] = Path(),
+    out: Annotated[Path, OUT_FOLDER] = Path(),
     plot: bool = True,
     json: Annotated[bool, Parameter(negative="")] = False,
     reading: Reading = Reading(),  # noqa: B008

@@ -193,6 +193,22 @@ FromFile = Annotated[
 ]
 
 
+FILE_SUFFIXES = {".csv", ".json", ".png", ".parquet", ".npz", ".mcap", ".db3", ".bag", ".md", ".h", ".c"}
+
+
+def refuse_file_name(_: object, path: Path | None) -> None:
+    """Refuses the name of a file where a folder is made.
+
+    Raises:
+        LevelheadError: with a folder of that name instead.
+    """
+    if path is not None and path.suffix.lower() in FILE_SUFFIXES and not path.is_dir():
+        raise LevelheadError(
+            f"it is the name of a file; expected a folder for the results, such as -o {path.with_suffix('')}"
+        )
+
+
+OUT_FOLDER = Parameter(name=["--out", "-o"], metavar="DIR", validator=refuse_file_name)
 Axes = Annotated[str, Parameter(name="--axes", metavar="X,Y,Z", allow_leading_hyphen=True)]
 
 

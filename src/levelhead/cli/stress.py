@@ -9,6 +9,7 @@ from levelhead.cli.calibrated_log import CalibrationFile, read_calibrated
 from levelhead.cli.options import (
     FILTERS,
     NO_PICTURE,
+    OUT_FOLDER,
     FromFile,
     GuardWords,
     Reading,
@@ -58,7 +59,7 @@ def stress(
     calibration: CalibrationFile = None,
     guard: GuardWords = (),
     list: Annotated[bool, Parameter(negative="")] = False,
-    out: Annotated[Path | None, Parameter(name=["--out", "-o"], metavar="DIR")] = None,
+    out: Annotated[Path | None, OUT_FOLDER] = None,
     json: Annotated[bool, Parameter(negative="")] = False,
     reading: Reading = Reading(),  # noqa: B008
 ) -> None:

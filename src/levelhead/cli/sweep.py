@@ -10,6 +10,7 @@ from cyclopts import Parameter
 from levelhead.cli.calibrated_log import log_or_simulation
 from levelhead.cli.options import (
     NO_PICTURE,
+    OUT_FOLDER,
     Engine,
     FilterName,
     GuardWords,
@@ -44,7 +45,7 @@ def sweep(
     simulate: Annotated[str | None, Parameter(metavar="WHAT")] = None,
     seed: int | None = None,
     engine: Engine = "auto",
-    out: Annotated[Path | None, Parameter(name=["--out", "-o"], metavar="DIR")] = None,
+    out: Annotated[Path | None, OUT_FOLDER] = None,
     json: Annotated[bool, Parameter(negative="")] = False,
     reading: Reading = Reading(),  # noqa: B008
 ) -> None:

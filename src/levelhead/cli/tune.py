@@ -7,6 +7,7 @@ from cyclopts import Parameter
 
 from levelhead.cli.calibrated_log import CalibrationFile, read_calibrated
 from levelhead.cli.options import (
+    OUT_FOLDER,
     Engine,
     FilterName,
     FromFile,
@@ -45,7 +46,7 @@ def tune(
     runs: Annotated[int | None, Parameter(metavar="N")] = None,
     seed: int = 0,
     engine: Engine = "auto",
-    out: Annotated[Path, Parameter(name=["--out", "-o"], metavar="DIR")] = Path(),
+    out: Annotated[Path, OUT_FOLDER] = Path(),
     plot: bool = True,
     json: Annotated[bool, Parameter(negative="")] = False,
     reading: Reading = Reading(),  # noqa: B008
