@@ -45,7 +45,7 @@ def test_a_place_gives_the_declination(levelhead, tmp_path):
     said = levelhead(*words, "--date", "2026-06-01")
     assert said.code == 0 and "52.6 µT, dip 68.8°, declination 14.9° by the WMM; measured" in said.out
     assert "iron, or a wrong unit or scale" in said.out and "14.9" in said.out
-    assert "needs the date, which the log's clock does not tell" in levelhead(*words).err
+    assert "needs the date, which is not in the log" in levelhead(*words).err
     assert "the log has no satellite position" in levelhead(*words[:5], "auto", *words[6:]).err
     assert "give the place too" in levelhead("fuse", tmp_path / "a.npz", "--date", "2026-06-01").err
 

@@ -79,7 +79,7 @@ def _untrusted(path: Path, recording: Recording) -> list[str]:
         return []
     return [
         f"{path.name} from {start:.1f} to {recording.t[-1]:.1f} s: its reference turns there by "
-        f"{np.degrees(MIN_ANGLE):.0f}° and more in a quarter of a second of which the gyroscope says nothing"
+        f"{np.degrees(MIN_ANGLE):.0f}° and more in a quarter of a second that the gyroscope did not measure"
     ]
 
 

@@ -129,7 +129,7 @@ class FuseOptions:
             where = self.place
         date = self.date or (None if found is None else found.date) or date_of(recording)
         if date is None:
-            raise LevelheadError("--place needs the date, which the log's clock does not tell: --date 2026-05-17")
+            raise LevelheadError("--place needs the date, which is not in the log: --date 2026-05-17")
         field = earth_field(*where, date=date)
         return replace(self, field=field, declination=field.declination)
 

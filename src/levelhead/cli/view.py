@@ -91,7 +91,7 @@ def _collect_often() -> None:
 def _reader(
     log: Path, name: str | None, pairs: Any, words: Any, reading: Reading, second: str | None
 ) -> "Callable[[], RecordingView]":
-    """What reads the log and fuses it; options that do not fit are refused at once.
+    """The function that reads the log and fuses it; options that do not fit are refused at once.
 
     Raises:
         LevelheadError: an unknown filter, a value out of range, or there is no such file.

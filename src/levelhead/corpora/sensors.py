@@ -93,4 +93,4 @@ def _first_value(source: Source, column: str, storage: ReadOnlyJson) -> str:
                         return str(next(rows)[column]).strip()
     except (OSError, ValueError, StopIteration):
         return ""  # its row will have the reason
-    raise LevelheadError(f"{source.url} has no column {column} to tell its sensor or time by")
+    raise LevelheadError(f"{source.url} has no column {column} for its sensors or its time")

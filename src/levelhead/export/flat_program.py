@@ -130,7 +130,7 @@ class FlatProgram:
         return [*self._all.all.values(), *self.procedures.values()]
 
     def _cut_types(self) -> None:
-        """Leaves out of the types the fields that nobody reads."""
+        """Leaves out of the types the fields without a reader."""
         first = [self._shape] if list(leaves(self._shape)) else []
         for value in [*first, *(value for one in self._every() for _, value in one.parts)]:
             self._complete(value)

@@ -1,4 +1,4 @@
-"""What levelhead's own driver writes into a chip, for a sketch to write the same."""
+"""The writes of levelhead's own driver into a chip, for a sketch to repeat."""
 
 from collections.abc import Iterable, Iterator
 from typing import NamedTuple

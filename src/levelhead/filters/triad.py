@@ -26,7 +26,7 @@ from levelhead.units import DEGREE
 class Triad(NamedTuple):
     """Compass with tilt: attitude from every single accelerometer and magnetometer sample; right on average at rest."""
 
-    field_first: Annotated[bool, Param("", "believe the field fully, and gravity only about it")] = False
+    field_first: Annotated[bool, Param("", "use the whole field, and gravity only about it")] = False
     dip: Annotated[float, Param("deg", "field_first: the field's dip", low=-90.0, high=90.0, sweep=(-80, 80))] = 60.0
 
 

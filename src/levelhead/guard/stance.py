@@ -53,7 +53,7 @@ LEAST = StanceNoise(0.01**2, (0.1 * DEGREE) ** 2)  # of a stance without noise
 
 
 class StanceState(NamedTuple):
-    """What is known of a foot."""
+    """The state of a foot."""
 
     first: Sums  # the parts of the window
     second: Sums

@@ -57,7 +57,7 @@ def inspect(path: str | os.PathLike[str], **hints: Any) -> Report:
     except NeedsHints as error:
         name = "no_time" if "rate" in error.suggested else "hint_needed"
         cure = f"Try: {error.command()}" if error.path else ""
-        missing.append(Finding(name, "warning", error.sentence, "the log does not tell it", cure))
+        missing.append(Finding(name, "warning", error.sentence, "the log does not contain it", cure))
         try:
             recording = read(path, **{**hints, **error.suggested})
         except LevelheadError:

@@ -33,7 +33,7 @@ CONVERGED = 1e-7  # rad
 
 
 class AxesFit(NamedTuple):
-    """What the motion shows of a joint."""
+    """The evidence of a motion on a joint."""
 
     upper: Array  # (3,) unit vector of the axis in the frame of the upper sensor
     lower: Array  # (3,) in that of the lower one

@@ -1,4 +1,4 @@
-"""Which of the messages on a topic a reader believes: those of the node that it heard first, in their order."""
+"""The messages on a topic that a reader uses: those of the node that it heard first, in their order."""
 
 import threading
 import time

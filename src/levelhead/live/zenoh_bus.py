@@ -167,12 +167,12 @@ class ZenohBus:
         """See ``MessageBus``."""
         new = self._others - self._reported
         self._reported |= new
-        text = f"another node publishes on {ORIENTATION}: a subscriber believes the one that it heard first; stop one"
+        text = f"another node publishes on {ORIENTATION}: a subscriber follows the one that it heard first; stop one"
         found = self.local.troubles() + [("second_node", text)] * len(new)
         for topic, count in list(self._foreign.items()):
             self._foreign[topic] -= count
             if count:
-                text = f"{count} messages on {topic} are not of this node, and of no other; no reader believes them"
+                text = f"{count} messages on {topic} do not come from this node; readers ignore them"
                 found.append(("foreign_message", text))
         while self._slow:
             found.append(("subscriber_slow", self._slow.popleft()))

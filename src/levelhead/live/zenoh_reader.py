@@ -158,7 +158,7 @@ def subscribe(
             if message.valid:
                 print(message.euler)
 
-    The reader believes the node that it heard first (``SenderCheck``). The node need not run yet, may be restarted, and
+    The reader follows the node that it heard first (``SenderCheck``). The node need not run yet, may be restarted, and
     need not know; late joiners get the last message at once. A node that is gone makes its last orientation invalid:
     at once where its process ends, and when ``max_age`` is over where its machine is cut off.
 

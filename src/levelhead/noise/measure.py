@@ -73,7 +73,7 @@ def longest(recording: Recording) -> StillStretch:
     if seconds < MIN_REST:
         raise LevelheadError(
             f"the sensor was still for {seconds:.0f} s at most in {recording.duration:.0f} s; noise needs {MIN_REST:g} "
-            "s at rest, better an hour: put it on a table that nobody touches"
+            "s at rest, better an hour: put it on a table, and do not touch it"
         )
     return found
 

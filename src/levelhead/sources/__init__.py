@@ -128,7 +128,7 @@ def angle(
         the cells are blank.
 
     Raises:
-        LevelheadError: no such column, a name without the angle, no number in it, or what ``read`` says.
+        LevelheadError: no such column, a name without the angle, no number in it, or the reasons of ``read``.
     """
     from levelhead.sources.hints import check
     from levelhead.sources.orientation_columns import read_angle

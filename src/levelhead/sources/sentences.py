@@ -51,7 +51,7 @@ def _torn(one: Conclusion) -> str:
 
 def _stale(one: Conclusion) -> str:
     count = "the first row" if one.value == 1 else f"the first {one.value} rows"
-    return f"time: {count} were left out: '{one.facts['column']}' says that they are from long before the others"
+    return f"time: {count} were left out: '{one.facts['column']}' places them long before the others"
 
 
 def _windows(one: Conclusion) -> str:
@@ -155,11 +155,11 @@ SENTENCES: Mapping[tuple[str, str], Template] = {
         "gyroscope {gyroscope} with {scale:.4g} rad/s a count (gravity turns so, correlation {correlation:.2f})"
     ),
     ("sensor", "word_column"): (
-        "the rows of {count} units alternate, column {column} says which: {listed}; {value} is read, --sensor {value} "
+        "the rows of {count} units alternate, column {column} names it: {listed}; {value} is read, --sensor {value} "
         "takes it, and another word another"
     ),
     ("sensor", "number_column"): (
-        "the rows of {count} units alternate, column {column} says which: {listed}; {column} {value} is read, "
+        "the rows of {count} units alternate, column {column} names it: {listed}; {column} {value} is read, "
         "--sensor '{column} N' takes another"
     ),
     ("sensor", "rows_in_turn"): (
@@ -335,6 +335,6 @@ SENTENCES: Mapping[tuple[str, str], Template] = {
     ),
     ("sensors.unit", "mpu6050"): (
         "numbers without a unit are taken for raw counts of an MPU-6050 at its default full scales, 16384 per g and "
-        "131 per °/s, a guess; say otherwise with --counts gyr=65.5/deg/s --counts acc=8192/g"
+        "131 per °/s, a guess; another range is --counts gyr=65.5/deg/s --counts acc=8192/g"
     ),
 }

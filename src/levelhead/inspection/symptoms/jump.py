@@ -141,7 +141,7 @@ def _join(stretches: list[tuple[int, int]], t: Array) -> list[tuple[int, int]]:
 
 
 def _size(evidence: RunEvidence, event: Disturbance) -> float:
-    """Degrees: a spike's own turn; else what the filter took back afterwards or, if more, what the smoother says."""
+    """Degrees: a spike's own turn; else the filter's later correction or, if larger, the smoother's."""
     t = evidence.t
     if event.cause == "gyr_spikes":
         rate, row = evidence.recording.gyr, event.first

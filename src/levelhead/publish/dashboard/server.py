@@ -77,7 +77,7 @@ class PageServer:
 
     @property
     def view(self) -> View:
-        """What the page shows; waits until there is one.
+        """The data of the page; waits until there is one.
 
         Raises:
             LevelheadError: the server was closed first.

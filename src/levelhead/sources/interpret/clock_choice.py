@@ -329,7 +329,7 @@ def beside_clock(one: Candidate, hints: Mapping[str, Scale]) -> list[Conclusion]
 
 
 def _infer_unit(stamps: Column, table: Table, name: str) -> tuple[Scale | str, Conclusion]:
-    """(unit, conclusion) of stamps whose unit nobody gives.
+    """(unit, conclusion) of stamps without a given unit.
 
     Raises:
         NeedsHints: a counter.

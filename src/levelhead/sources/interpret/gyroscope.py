@@ -85,7 +85,7 @@ def gyr_scale(
         word = f"{count_word(found.counts)}/deg/s" if found.counts is not None else "131/deg/s"
         raise NeedsHints(
             f"{table.source}: the gyroscope's numbers are whole, as the accelerometer's counts are, and nothing turns "
-            f"far enough to tell its full scale; expected the hint --counts gyr=…, such as {word} by the noise at rest",
+            f"far enough to show its full scale; expected the hint --counts gyr=…, such as {word} by the noise at rest",
             counts={"gyr": word},
         )
     return _concluded(found, table, evidence)
@@ -111,7 +111,7 @@ def _concluded(found: GyroscopeUnit, table: Table, evidence: Evidence) -> Scale:
     why = gyroscope_reason(found.reason, found.facts)
     raise NeedsHints(
         f"{table.source}: the gyroscope is neither in rad/s nor in deg/s: {why}; "
-        "expected the hint units gyr=…, or for raw counts --counts gyr=131/deg/s or what the sensor's full scale says",
+        "expected the hint units gyr=…, or for raw counts --counts gyr=131/deg/s, by the full scale",
         counts={"gyr": "131/deg/s"},
     )
 

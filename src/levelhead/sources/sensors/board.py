@@ -294,7 +294,7 @@ def open_board(
         axes: how the board sits on the body.
 
     Raises:
-        LevelheadError: no such chip, bus, rate or range; nobody answers, or another chip does.
+        LevelheadError: no such chip, bus, rate or range; no answer, or that of another chip.
     """
     wanted = parse_board(text)
     board = assemble_board(wanted, open_bus(wanted.bus), rate=rate, gyr_range=gyr_range, acc_range=acc_range, axes=axes)

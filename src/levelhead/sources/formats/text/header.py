@@ -126,7 +126,7 @@ def _add_groups(rows: Sequence[Sequence[str]], width: int) -> list[str]:
 
 
 def _unit_bracket(cell: str) -> str:
-    """A cell in a line of units as the end of a name; "" if it says that there is none."""
+    """A cell in a line of units as the end of a name; "" if it declares none."""
     unit = cell.strip("[] ").replace("(", "").replace(")", "")
     if unit.lower() in _NO_UNIT:
         return ""
@@ -197,7 +197,7 @@ def number_twins(names: Sequence[str]) -> list[str]:
 
 
 def _is_unit_row(row: Sequence[str]) -> bool:
-    """Whether most cells are units, or say that there is none."""
+    """Whether most cells are units, or declare none."""
     filled = [cell.strip("[] ") for cell in row if cell.strip()]
     known = sum(
         plain.lower() in _NO_UNIT | _RELATIVE

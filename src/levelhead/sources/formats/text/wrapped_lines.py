@@ -137,7 +137,7 @@ def _with_commas(lines: Sequence[str]) -> str | None:
 
 
 def _without_colours(lines: Sequence[str]) -> str | None:
-    """What a terminal shows in colours."""
+    """Colour codes of a terminal."""
     return "\n".join(_COLOUR.sub("", line) for line in lines)
 
 

@@ -77,7 +77,7 @@ class EmulatedBus:
         """smbus2's messages, which name no register: only hubs answer them.
 
         Raises:
-            OSError: nobody does.
+            OSError: there is no answer.
         """
         for message in i2c_msgs:
             chip = self._chip(message.addr)
