@@ -1,6 +1,7 @@
 """Wrong scale, wiring, mounting, lateness, iron and filters are found with their number, and nothing else is."""
 
 from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -8,12 +9,13 @@ from scipy.spatial.transform import Rotation
 
 import levelhead as lh
 from levelhead.inspection import examine
-from levelhead.inspection.agreement import BEYOND, Agreement, Hypothesis, agree
+from levelhead.inspection.agreement import BEYOND, Agreement, Hypothesis, _searched, agree
 from levelhead.inspection.findings import Finding
 from levelhead.inspection.repair import repair
 from levelhead.inspection.turns import examine_turns
 from levelhead.recording import Array, Recording
 from levelhead.signals.turn_matrix import ALL_NINE, IDENTITY, WIRINGS, cut, fit, integrate_rotation, screen
+from levelhead.sources.formats.npz import load_arrays
 
 FIELD = np.array([0.0, 18.0, -45.0])  # µT
 
@@ -319,3 +321,26 @@ def test_a_recording_of_twelve_seconds_is_compared_and_a_shorter_one_is_said_to_
     assert "axes_order" in turned and "acc_gyr_test_invalid" not in turned
     short = findings(recording[: 8 * 50])
     assert "so short a recording" in short["acc_gyr_test_invalid"].what
+
+
+@pytest.mark.parametrize("axis", range(3))
+def test_the_search_begins_at_a_mounting_that_is_askew(clean: Recording, axis: int) -> None:
+    askew = Rotation.from_rotvec(np.radians(35.0) * IDENTITY[axis]).as_matrix()
+    seg = cut(clean.t, clean.gyr @ askew.T, clean.acc, True)
+    assert seg is not None
+    first = _searched(seg)[0]
+    assert np.degrees(np.arccos((np.trace(first @ askew) - 1.0) / 2.0)) < 10.0, "the inverse of the mounting"
+
+
+def test_a_mounting_is_likelier_than_one_axis_three_times_too_large(data_dir: Path) -> None:
+    """A calm hand hardly turns about z: both faults explain its turns."""
+    path = data_dir / "truth" / "advio" / "advio_04.npz"
+    if not path.is_file():
+        pytest.skip("no truth/advio among the real recordings")
+    log = load_arrays(path)
+    rows = log["t"] < log["t"][0] + 60.0
+    askew = Rotation.from_rotvec([np.radians(30.0), 0.0, 0.0]).as_matrix()
+    recording = Recording(log["t"][rows], log["gyr"][rows] @ askew.T, log["acc"][rows])
+    best = agree(recording).faults[0]
+    assert best.kind == "mounting"
+    assert np.degrees(np.arccos((np.trace(best.matrix) - 1.0) / 2.0)) == pytest.approx(30.0, abs=3.0)

@@ -6,6 +6,7 @@ det(B) B G⁻¹. Each fault of one sensor is a family of such matrices. The fits
 one with the least χ² + penalty wins (G. Schwarz, Estimating the dimension of a model, Ann. Statist. 6, 1978).
 """
 
+import math
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
@@ -29,6 +30,7 @@ from levelhead.units import DEGREE
 FLOOR = 0.02  # 1σ of each number of M: scale errors of good sensors, and what no model has
 FOLLOWS = 0.6  # share of the turn that forces, or iron nearby, may mimic
 SETTLED = 0.03  # 1σ of each number of M beside the fault that was found
+AXIS_SPREAD = 0.3  # 1σ of the logarithm of one axis's scale beside the others'
 MIN_SCALE_SIGMAS = 4.0  # σ by which a scale must differ from 0: no turn has no scale
 UNITS = (DEGREE, 1.0 / DEGREE)  # factors that people take one unit for another by
 UNIT_SIGMA = 0.01  # of such a factor, as a share of it
@@ -39,6 +41,7 @@ CANDIDATES = 3  # wirings that are fitted
 UNLIKE = 0.3  # by which a number of M is off the identity's, from which other starts are tried
 SEARCHED = 12  # segments on which they are
 SCALES = (0.5, 2.0)  # that are tried besides the wirings
+ASKEW = 30.0 * DEGREE  # mountings about each axis that are tried too
 BASINS = 0.9  # of what the identity leaves, from which another wiring starts the fit
 SHIFTED = 0.015  # s of delay, beyond which the fit is made again
 SLOW = 0.05  # s of delay, from which it may be a filter
@@ -132,7 +135,8 @@ def _screened(seg: Segments) -> list[Array]:
 def _searched(seg: Segments) -> list[Array]:
     """Starts by trial of each wiring and of the usual scales, where forces hide the turn within short spans."""
     few = seg.choose(SEARCHED).split()
-    tried = [*WIRINGS, *(scale * IDENTITY for scale in (*SCALES, *UNITS))]
+    askew = [_rotation(angle * axis) for axis in IDENTITY for angle in (-ASKEW, ASKEW)]
+    tried = [*WIRINGS, *askew, *(scale * IDENTITY for scale in (*SCALES, *UNITS))]
     return sorted(tried, key=lambda one: fit(few, one, NONE).left)[:CANDIDATES]
 
 
@@ -247,7 +251,8 @@ def _scales(seen: Sequence[Seen], fastest: float) -> Iterator[Hypothesis]:
         chi, x, covariance = _minimum(shifted, direction[None])
         matrix = IDENTITY + (float(x[0]) - 1.0) * direction
         if x[0] > MIN_SCALE_SIGMAS * covariance[0, 0] ** 0.5:
-            yield Hypothesis("axis_scale", "gyr", matrix, chi, 9.0, float(covariance[0, 0] ** 0.5))
+            penalty = 9.0 + (math.log(float(x[0])) / AXIS_SPREAD) ** 2
+            yield Hypothesis("axis_scale", "gyr", matrix, chi, penalty, float(covariance[0, 0] ** 0.5))
 
 
 def _mountings(seen: Sequence[Seen]) -> Iterator[Hypothesis]:
