@@ -297,12 +297,16 @@ def test_a_late_sensor_is_named_with_its_delay(clean: Recording, role: str) -> N
     assert "sensor_delay" not in findings(one.mend.apply(changed(clean, **{role: late})))
 
 
-def test_a_slow_motion_in_another_unit_is_named() -> None:
-    recording = made(seed=3)
-    slow = changed(recording, t=5.0 * recording.t, gyr=np.degrees(0.2 * recording.gyr))
+@pytest.mark.parametrize("force", [0.0, 1.0, 2.0])
+def test_a_slow_motion_in_another_unit_is_named(force: float) -> None:
+    """Forces in m/s² hide part of the turn of gravity: no gyroscope at all would explain it hardly worse."""
+    recording, rng = made(seed=3), np.random.default_rng(0)
+    noise = np.stack([np.convolve(rng.normal(size=len(recording)), np.hanning(25), "same") for _ in range(3)], axis=1)
+    acc = recording.acc + force * noise / noise.std()
+    slow = changed(recording, t=5.0 * recording.t, gyr=np.degrees(0.2 * recording.gyr), acc=acc, mag=None)
     assert np.abs(slow.gyr).max() < BEYOND  # no rate is impossible
-    found = findings(slow)
-    assert found["gyro_scale"].what.endswith("its unit is wrong")
+    assert findings(slow)["gyro_scale"].what.endswith("its unit is wrong")
+    assert not findings(changed(slow, gyr=np.radians(slow.gyr)))
 
 
 def test_a_vigorous_motion_is_compared_in_finer_means() -> None:

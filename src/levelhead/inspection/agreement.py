@@ -236,7 +236,7 @@ def _scales(seen: Sequence[Seen], fastest: float) -> Iterator[Hypothesis]:
     pairs = [(one, IDENTITY) for one in seen]
     chi, x, covariance = _minimum(pairs, IDENTITY[None])
     turns = x[0] > MIN_SCALE_SIGMAS * covariance[0, 0] ** 0.5
-    explained = turns or fastest > BEYOND or max(one.contrast for one in seen) > CLEAR
+    explained = turns or fastest > BEYOND or max(one.contrast for one in seen) > CLEAR or _is_small_unit(seen)
     if turns:
         yield Hypothesis("scale", "gyr", float(x[0]) * IDENTITY, chi, 6.0, float(covariance[0, 0] ** 0.5))
     for unit in UNITS if explained else ():
@@ -253,6 +253,14 @@ def _scales(seen: Sequence[Seen], fastest: float) -> Iterator[Hypothesis]:
         if x[0] > MIN_SCALE_SIGMAS * covariance[0, 0] ** 0.5:
             penalty = 9.0 + (math.log(float(x[0])) / AXIS_SPREAD) ** 2
             yield Hypothesis("axis_scale", "gyr", matrix, chi, penalty, float(covariance[0, 0] ** 0.5))
+
+
+def _is_small_unit(seen: Sequence[Seen]) -> bool:
+    """Whether deg/s were taken for rad/s, by the fits' own covariances: the floor of the others hides so small an M."""
+    own = [(one._replace(weight=np.asarray(np.linalg.inv(one.fit.covariance), float)), IDENTITY) for one in seen]
+    _, x, covariance = _minimum(own, IDENTITY[None])
+    scale, sigma = float(x[0]), float(covariance[0, 0] ** 0.5)
+    return scale > MIN_SCALE_SIGMAS * sigma and abs(scale - DEGREE) < 0.1 * DEGREE + sigma
 
 
 def _mountings(seen: Sequence[Seen]) -> Iterator[Hypothesis]:
