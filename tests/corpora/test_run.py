@@ -195,7 +195,7 @@ def test_a_column_tells_sensor_and_time(tmp_path, kind):
         ("log0", "A7", 1), ("log1", "B1", 0), ("log2", "A7", 0),
     ]  # fmt: skip
     assert [bool(row["prior"]) for row in found] == [True, False, False]
-    with pytest.raises(LevelheadError, match=r"log0\..* has no column model to tell its sensor or time by"):
+    with pytest.raises(LevelheadError, match=r"log0\..* has no column model for its sensors or its time"):
         corpus(tmp_path, sensor="column:model")
 
 

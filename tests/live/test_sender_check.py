@@ -105,7 +105,7 @@ def test_a_session_that_writes_on_the_orientation_s_key_is_an_event_and_no_reade
             stranger.put(ORIENTATION, b"LH but nothing else")
         troubles += bus.troubles()
     assert {name for name, _ in troubles} == {"second_node", "foreign_message"}
-    assert any("messages on imu/orientation are not of this node" in text for _, text in troubles)
+    assert any("messages on imu/orientation do not come from this node" in text for _, text in troubles)
     assert len(got) >= 50 and {(one.node, one.quat) for one in got} == {(7, OWN.quat)}
     stranger.close()
     reader.close()
