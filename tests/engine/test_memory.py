@@ -62,11 +62,14 @@ def test_lanes_that_keep_no_tracks_need_next_to_nothing_more_for_any_length():
     sets = [lh.Complementary(tau=0.1 * (k + 1)) for k in range(lane_slots.LANES)]
 
     def peak(n):
+        """The least of three runs: Python's own 0.1 MB comes and goes."""
         given = recording(n, False)
         truth, start = np.tile([1.0, 0.0, 0.0, 0.0], (n, 1)), np.tile(SQUARES.start, (len(sets), 1))
-        return most(lambda: lanes.observe_lanes(given, lh.filters.of(sets[0]), sets, SQUARES, truth, start, workers=1))[
-            1
-        ]
+
+        def run():
+            return lanes.observe_lanes(given, lh.filters.of(sets[0]), sets, SQUARES, truth, start, workers=1)
+
+        return min(most(run)[1] for _ in range(3))
 
     peak(2000)  # compiles
     shorter, longer = 3000, 60_000
