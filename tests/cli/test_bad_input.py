@@ -194,7 +194,7 @@ def test_a_folder_that_cannot_be_made(refused, logs, tmp_path, verb):
 
 def test_the_name_of_a_file_for_a_folder(refused, logs, tmp_path):
     error = refused("fuse", logs / "hand.csv", "-o", tmp_path / "track.csv")
-    assert f"it is the name of a file; expected a folder for the results, such as -o {tmp_path / 'track'}" in error
+    assert f"It is the name of a file; expected a folder for the results, such as -o {tmp_path / 'track'}" in error
     assert not (tmp_path / "track.csv").exists()
 
 

@@ -204,7 +204,7 @@ def refuse_file_name(_: object, path: Path | None) -> None:
     """
     if path is not None and path.suffix.lower() in FILE_SUFFIXES and not path.is_dir():
         raise LevelheadError(
-            f"it is the name of a file; expected a folder for the results, such as -o {path.with_suffix('')}"
+            f"It is the name of a file; expected a folder for the results, such as -o {path.with_suffix('')}"
         )
 
 

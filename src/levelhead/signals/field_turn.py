@@ -58,9 +58,9 @@ class FieldTurn(NamedTuple):
         return abs(self.scale) < _OWN_FIELD
 
 
-def field_turn(t: Array, gyr: Array, mag: Array, span: float = SPAN) -> FieldTurn | None:
+def field_turn(t: Array, gyr: Array, mag: Array) -> FieldTurn | None:
     """Compares (n, 3) ``mag`` in any unit with (n, 3) ``gyr`` in rad/s; ``t`` (n,) s; None without enough readings."""
-    spans = _spans(t, gyr, mag, span)
+    spans = _spans(t, gyr, mag)
     if spans is None:
         return None
     turn, middle, real, step = spans
@@ -76,9 +76,9 @@ def field_turn(t: Array, gyr: Array, mag: Array, span: float = SPAN) -> FieldTur
     )  # fmt: skip
 
 
-def free_correlation(t: Array, gyr: Array, mag: Array, span: float = SPAN) -> float:
+def free_correlation(t: Array, gyr: Array, mag: Array) -> float:
     """The correlation of a FieldTurn when any offset and any 3×3 axes are allowed; 0 without enough readings."""
-    spans = _spans(t, gyr, mag, span)
+    spans = _spans(t, gyr, mag)
     if spans is None:
         return 0.0
     turn, middle, real, _ = spans
@@ -110,7 +110,7 @@ def _without_offset(turn: Array, middle: Array, real: Array, step: int) -> tuple
     return correlation, float(np.median(np.linalg.norm(field, axis=1))), math.sqrt(variance)
 
 
-def _spans(t: Array, gyr: Array, mag: Array, span: float) -> tuple[Array, Array, Array, int] | None:
+def _spans(t: Array, gyr: Array, mag: Array) -> tuple[Array, Array, Array, int] | None:
     """The body's turn over spans in rad, the field amid them and its change, (m, 3) each, and readings of a span."""
     new = np.isfinite(mag).all(axis=1) & np.isfinite(gyr).all(axis=1)
     changed = np.ones(len(mag), dtype=np.bool_)
@@ -122,11 +122,11 @@ def _spans(t: Array, gyr: Array, mag: Array, span: float) -> tuple[Array, Array,
     angle = np.zeros((len(t), 3))
     np.cumsum(0.5 * (filled[1:] + filled[:-1]) * np.diff(t)[:, None], axis=0, out=angle[1:])
     rows = rows[:_ROWS]
-    step = max(1, round(span / max(median(np.diff(t[rows])), 1e-6)))
+    step = max(1, round(SPAN / max(median(np.diff(t[rows])), 1e-6)))
     if len(rows) <= 2 * step:
         return None
     a, b = rows[:-step], rows[step:]
-    whole = (t[b] - t[a]) < 1.6 * span
+    whole = (t[b] - t[a]) < 1.6 * SPAN
     a, b = a[whole], b[whole]
     if len(a) < 30:
         return None
