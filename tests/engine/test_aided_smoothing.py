@@ -85,7 +85,7 @@ def test_the_way_back_is_least_squares_over_all_blocks(reset):
         for place, values in (
             (rts.BLOCK_P, packed(p)),
             (rts.BLOCK_PREDICTED, packed(ahead)),
-            (rts_aided.BLOCK_F, couplings.ravel()),
+            (rts_aided.BLOCK_F, -couplings.ravel()),
             (rts.BLOCK_X, x),
             (rts_aided.BLOCK_LASTING, lasting),
             (rts_aided.BLOCK_TIME, [TIME]),

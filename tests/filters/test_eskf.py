@@ -32,7 +32,7 @@ def square(m):
 
 def couplings(m):
     """F − 1 of the driven states."""
-    return np.reshape(m[at.F : at.F + at.DRIVEN * at.ROW], (at.DRIVEN, at.ROW))[:, : at.N]
+    return -np.reshape(m[at.F : at.F + at.DRIVEN * at.ROW], (at.DRIVEN, at.ROW))[:, : at.N]
 
 
 def prepared(rng, mag=True):
@@ -119,12 +119,12 @@ def test_the_rows_of_the_field_are_its_derivatives(monkeypatch):
     seen = []
     base = through_a_block(params, moved(state, 0, 0.0), readings)
 
-    def update_partial(m, n, share, innovation, noise, bound):
+    def add_partial(m, n, k, share, innovation, noise, bound):
         seen.append((share, list(m[at.H : at.H + at.N])))
         m[at.H : at.H + at.N] = [0.0] * at.N
         return 0.0
 
-    monkeypatch.setattr(measurements, "update_partial", update_partial)
+    monkeypatch.setattr(measurements, "add_partial", add_partial)
     measurements.update_field(params, base.memory, False, at.ROW)
     small = 1e-6
     for index in (at.ATTITUDE, at.ATTITUDE + 1, at.HEADING, *range(at.MAG_OFFSET, at.MAG_DELAY + 1)):
@@ -136,29 +136,43 @@ def test_the_rows_of_the_field_are_its_derivatives(monkeypatch):
         assert [row[index + axis] for _, row in seen] == [-1.0 if k == axis else 0.0 for k in range(3)]
 
 
-@pytest.mark.parametrize("share", [None, 0.0, 0.3, 1.0])
-def test_a_measurement_is_josephs_form_with_the_gains_that_are_left(share):
-    rng = np.random.default_rng(5)
-    _, state = prepared(rng)
-    m = list(state.memory)
-    p = square(m)
-    h, x = rng.normal(size=at.N), rng.normal(size=at.N)
-    m[at.H : at.H + at.N], m[at.X : at.X + at.N] = h.tolist(), x.tolist()
-    if share is None:
-        explained = covariance.update_scalar(m, at.ROW, 0.3, 0.02)
-    else:
-        explained = covariance.update_partial(m, at.ROW, share, 0.3, 0.02, 1e9)
+def joseph_form(p, x, h, innovation, share):
+    """Covariance and x after one measurement, by the textbook."""
     gain = p @ h / (h @ p @ h + 0.02)
     if share is not None:
         gain[: at.HEADING] = 0.0  # a magnetometer never tilts the horizon
         gain[at.HEADING : at.FIELD] *= share
-    joseph = (np.eye(at.N) - np.outer(gain, h)) @ p @ (np.eye(at.N) - np.outer(gain, h)).T + 0.02 * np.outer(gain, gain)
+    kept = np.eye(at.N) - np.outer(gain, h)
+    return kept @ p @ kept.T + 0.02 * np.outer(gain, gain), x + gain * (innovation - h @ x)
+
+
+@pytest.mark.parametrize("count", [1, 2, 3])
+@pytest.mark.parametrize("share", [None, 0.0, 0.3, 1.0])
+def test_measurements_in_one_pass_are_josephs_form_with_the_gains_that_are_left(share, count):
+    rng = np.random.default_rng(5)
+    _, state = prepared(rng)
+    m = list(state.memory)
+    p, x = square(m), rng.normal(size=at.N)
+    m[at.X : at.X + at.N] = x.tolist()
+    for k in range(count):
+        h = rng.normal(size=at.N)
+        m[at.H : at.H + at.N] = h.tolist()
+        if share is None:
+            assert covariance.variance_after(m, at.HEADING, k) == pytest.approx(p[at.HEADING, at.HEADING])
+            covariance.add_scalar(m, at.ROW, k, 0.3, 0.02)
+        else:
+            explained = covariance.add_partial(m, at.ROW, k, share, 0.3, 0.02, 1e9)
+            assert explained == pytest.approx(h @ p @ h)
+        p, x = joseph_form(p, x, h, 0.3, share)
+        np.testing.assert_allclose(m[at.X : at.X + at.N], x, rtol=1e-9)
+        assert not any(m[at.H : at.H + at.N])
+    if share is None:
+        covariance.subtract_products(m, at.ROW, count)
+    else:
+        covariance.subtract_partial_products(m, at.ROW, count)
     after = square(m)
-    np.testing.assert_allclose(after, joseph, atol=1e-12)
+    np.testing.assert_allclose(after, p, atol=1e-12)
     np.testing.assert_array_equal(after, after.T)
-    np.testing.assert_allclose(m[at.X : at.X + at.N], x + gain * (0.3 - h @ x), rtol=1e-9)
-    assert explained == pytest.approx(h @ p @ h)
-    assert not any(m[at.H : at.H + at.N])
 
 
 def test_the_share_falls_with_the_variance_of_the_level_part_of_the_offset():

@@ -85,31 +85,40 @@ def subtract_rows(
     count: NumbaType,
     width: NumbaType,
 ) -> Intrinsic:
-    """``arrays.subtract_rows``: the row stays in registers while all others pass."""
+    """``arrays.subtract_rows``: the row stays in registers while all others pass, a part of it if ``width`` varies."""
+    constant = width.literal_value if isinstance(width, types.IntegerLiteral) else WIDTH
+    columns = max(constant // WIDTH, 1)
 
     def generate(context: CodeContext, builder: Builder, signature: NumbaType, values: LlvmValue) -> LlvmValue:
-        memory, to, weight, step, row, stride, count, _ = values
+        memory, to, weight, step, row, stride, count, wide = values
         data = context.make_array(signature.args[0])(context, builder, memory).data
+        if isinstance(width, types.IntegerLiteral):
+            wide = ir.Constant(INDEX, constant)
 
-        def vector(at: LlvmValue, i: int) -> LlvmValue:
-            there = builder.gep(data, [builder.add(at, ir.Constant(INDEX, WIDTH * i))])
-            return builder.bitcast(there, VECTOR.as_pointer())
+        def subtract(start: LlvmValue, stop: LlvmValue, columns: int, size: int, kind: LlvmValue) -> None:
+            def part(at: LlvmValue, i: int) -> LlvmValue:
+                there = builder.gep(data, [builder.add(at, ir.Constant(INDEX, size * i))])
+                return builder.bitcast(there, kind.as_pointer())
 
-        sums = []
-        for i in range(width.literal_value // WIDTH):
-            first = builder.load(vector(to, i), align=8)
-            sums.append(cgutils.alloca_once_value(builder, first))  # type: ignore[no-untyped-call]
-        with cgutils.for_range(builder, count, intp=INDEX) as loop:
-            here = builder.add(weight, builder.mul(loop.index, step))
-            factor = _broadcast(builder, builder.load(builder.gep(data, [here])))
-            at = builder.add(row, builder.mul(loop.index, stride))
-            for i, total in enumerate(sums):
-                product = builder.fmul(factor, builder.load(vector(at, i), align=8))
-                builder.store(builder.fsub(builder.load(total), product), total)
-        for i, total in enumerate(sums):
-            builder.store(builder.load(total), vector(to, i), align=8)
+            sums = [cgutils.alloca_once(builder, kind) for _ in range(columns)]  # type: ignore[no-untyped-call]
+            each = ir.Constant(INDEX, size * columns)
+            with cgutils.for_range_slice(builder, start, stop, each, intp=INDEX) as (j, _):
+                here = builder.add(to, j)
+                for i, total in enumerate(sums):
+                    builder.store(builder.load(part(here, i), align=8), total)
+                with cgutils.for_range(builder, count, intp=INDEX) as loop:
+                    factor = builder.load(builder.gep(data, [builder.add(weight, builder.mul(loop.index, step))]))
+                    factor = factor if kind is NUMBER else _broadcast(builder, factor)
+                    at = builder.add(builder.add(row, j), builder.mul(loop.index, stride))
+                    for i, total in enumerate(sums):
+                        product = builder.fmul(factor, builder.load(part(at, i), align=8))
+                        builder.store(builder.fsub(builder.load(total), product), total)
+                for i, total in enumerate(sums):
+                    builder.store(builder.load(total), part(here, i), align=8)
+
+        whole = builder.and_(wide, ir.Constant(INDEX, -WIDTH))
+        subtract(ir.Constant(INDEX, 0), whole, columns, WIDTH, VECTOR)
+        subtract(whole, wide, 1, 1, NUMBER)
         return context.get_dummy_value()
 
-    if not isinstance(width, types.IntegerLiteral) or width.literal_value % WIDTH:
-        return None  # Numba: no such function. Registers hold a constant number of whole vectors
     return types.void(m, *[types.int64] * 6, width), generate

@@ -43,8 +43,8 @@ def subtract_each_row(
 ) -> None:
     """Subtracts ``count`` weighted rows of ``width`` numbers from the one at ``to``; none of them may overlap it.
 
-    Rows stand ``stride`` apart from ``row`` on, their weights ``step`` apart from ``weight`` on. ``width`` is a
-    constant and a multiple of four; vector registers hold 28 numbers at once.
+    Rows stand ``stride`` apart from ``row`` on, their weights ``step`` apart from ``weight`` on. Vector
+    registers hold up to 32 numbers of a row at once.
     """
     for k in range(count):
         for j in range(width):

@@ -13,7 +13,8 @@ typedef double lh_eight __attribute__((vector_size(64), aligned(8)));
 #define LH_SUBTRACT(a, by) a##0 -= one * LH_FOUR(at + (by)), a##1 -= one * LH_FOUR(at + (by) + 4);
 #define LH_STORE(a, by) LH_FOUR(to + j + (by)) = a##0, LH_FOUR(to + j + (by) + 4) = a##1;
 #endif
-#define LH_EACH_OF_16(DO) DO(a, 0) DO(b, 8)
+#define LH_EACH_OF_8(DO) DO(a, 0)
+#define LH_EACH_OF_16(DO) LH_EACH_OF_8(DO) DO(b, 8)
 #define LH_EACH_OF_24(DO) LH_EACH_OF_16(DO) DO(c, 16)
 #define LH_EACH_OF_32(DO) LH_EACH_OF_24(DO) DO(d, 24)
 #define LH_PASS(columns) \
@@ -33,11 +34,17 @@ LH_INLINE void $name(double *m, int32_t to, int32_t weight, int32_t step, int32_
     LH_PASS(32)
     LH_PASS(24)
     LH_PASS(16)
-    for (; j < width; j += 4) {
+    LH_PASS(8)
+    for (; j + 4 <= width; j += 4) {
         lh_four sum = LH_FOUR(to + j);
         for (int32_t k = 0; k < count; k++) {
             sum -= m[weight + k * step] * LH_FOUR(row + k * stride + j);
         }
         LH_FOUR(to + j) = sum;
+    }
+    for (; j < width; j++) {
+        for (int32_t k = 0; k < count; k++) {
+            m[to + j] -= m[weight + k * step] * m[row + k * stride + j];
+        }
     }
 }

@@ -7,6 +7,10 @@ section 7.4; eq. 13). With a row h, variance r and innovation y of the state as 
     s = h P hᵀ + r,   u = P hᵀ/√s
     x ← x + u (y − h x)/√s,   P ← P − u uᵀ
 
+P takes up to three measurements in one pass. Until then u of a later one is that of P less the products before it,
+
+    u_k = (P hᵀ − Σ_{l<k} u_l (u_l hᵀ))/√s
+
 u_i u_j is u_j u_i to the last bit, so that P stays symmetric by itself. A magnetometer only considers the states before
 HEADING (S. F. Schmidt, Application of State-Space Methods to Navigation Problems, 1966): their gain is zero. Those from
 there up to FIELD take the share β of theirs (K. M. Brink, Partial-Update Schmidt–Kalman Filter, Journal of Guidance,
@@ -20,10 +24,8 @@ from typing import NamedTuple
 
 from levelhead.compiler.mark import instance, kernel, noinline
 from levelhead.filters.eskf import state as at
-from levelhead.kernels.arrays import Floats, add_scaled, copy
+from levelhead.kernels.arrays import Floats, add_scaled, copy, subtract_rows
 from levelhead.kernels.vec3 import Vec3
-
-PARTIAL = at.FIELD - at.HEADING  # states of which a magnetometer takes a share
 
 
 @kernel
@@ -107,27 +109,36 @@ def state_variance(m: Floats, i: int) -> float:
 @kernel
 def driven_rows(m: Floats, n: int) -> None:
     """W: the rows of F P that belong to driven states."""
-    for i in range(at.DRIVEN):
-        row = i * at.ROW
-        copy(m, at.W + row, at.P + at.VELOCITY * at.ROW + row, n)
-        for k in range(n):
-            if m[at.F + row + k] != 0.0:
-                add_scaled(m, at.W + row, m[at.F + row + k], at.P + k * at.ROW, n)
+    copy(m, at.W, at.P + at.VELOCITY * at.ROW, at.DRIVEN * at.ROW)
+    for i in range(3):
+        v = i * at.ROW
+        t = v + 3 * at.ROW
+        subtract_rows(m, at.W + v, at.F + v, 1, at.P, at.ROW, 3, n)
+        attitude = at.P + at.ATTITUDE * at.ROW
+        subtract_rows(m, at.W + v, at.F + v + at.ATTITUDE, 1, attitude, at.ROW, 3, n)
+        bias = at.P + at.GYR_BIAS * at.ROW
+        subtract_rows(m, at.W + t, at.F + t + at.GYR_BIAS, 1, bias, at.ROW, at.BODY_VELOCITY - at.GYR_BIAS, n)
 
 
 @kernel
-def driven_block(m: Floats, n: int) -> None:
+def driven_covariance(m: Floats, w: int, f: int) -> float:
+    """Σ_k W_k (1 − F)_k of a row at ``w`` and one at ``f`` of a driven state."""
+    total = 0.0
+    for k in range(3):
+        total += m[w + k] * m[f + k]
+    for k in range(at.ATTITUDE, at.BODY_VELOCITY):
+        total += m[w + k] * m[f + k]
+    return total
+
+
+@kernel
+def driven_block(m: Floats) -> None:
     """The block of F P Fᵀ of the driven states, where P holds F P already."""
-    for j in range(at.DRIVEN):
-        for k in range(n):
-            weight = m[at.F + j * at.ROW + k]
-            if weight != 0.0:
-                for i in range(j + 1):
-                    m[at.P + (at.VELOCITY + i) * at.ROW + at.VELOCITY + j] += weight * m[at.W + i * at.ROW + k]
     for i in range(at.DRIVEN):
-        for j in range(i):
-            upper = at.P + (at.VELOCITY + j) * at.ROW + at.VELOCITY + i
-            m[at.P + (at.VELOCITY + i) * at.ROW + at.VELOCITY + j] = m[upper]
+        for j in range(i, at.DRIVEN):
+            upper = at.P + (at.VELOCITY + i) * at.ROW + at.VELOCITY + j
+            m[upper] -= driven_covariance(m, at.W + i * at.ROW, at.F + j * at.ROW)
+            m[at.P + (at.VELOCITY + j) * at.ROW + at.VELOCITY + i] = m[upper]
 
 
 @noinline
@@ -139,7 +150,7 @@ def propagate(m: Floats, n: int) -> None:
             m[at.P + j * at.ROW + at.VELOCITY + i] = m[at.W + i * at.ROW + j]
     for i in range(at.DRIVEN):
         copy(m, at.P + (at.VELOCITY + i) * at.ROW, at.W + i * at.ROW, n)
-    driven_block(m, n)
+    driven_block(m)
 
 
 @kernel
@@ -187,6 +198,28 @@ def rotate_velocity_error(m: Floats, p: int, n: int, x: float, y: float) -> None
     m[north + at.VELOCITY] = m[east + at.VELOCITY + 1]
 
 
+@kernel
+def multiply_row(m: Floats, n: int, u: int) -> None:
+    """Puts P hᵀ to ``u``."""
+    for i in range(n):
+        m[u + i] = 0.0
+    for j in range(n):
+        if m[at.H + j] != 0.0:
+            add_scaled(m, u, m[at.H + j], at.P + j * at.ROW, n)
+
+
+@kernel
+def dot(m: Floats, a: int, b: int, count: int) -> float:
+    """Σ of products of ``count`` numbers at ``a`` and ``b``: four sums, so that none waits for the one before it."""
+    first, second, third, fourth = 0.0, 0.0, 0.0, 0.0
+    for k in range(0, count, 4):
+        first += m[a + k] * m[b + k]
+        second += m[a + k + 1] * m[b + k + 1]
+        third += m[a + k + 2] * m[b + k + 2]
+        fourth += m[a + k + 3] * m[b + k + 3]
+    return first + second + (third + fourth)
+
+
 class Innovation(NamedTuple):
     """Of a scalar measurement: its innovation less what x has explained already, and h P hᵀ."""
 
@@ -195,64 +228,118 @@ class Innovation(NamedTuple):
 
 
 @kernel
-def innovate(m: Floats, n: int, innovation: float) -> Innovation:
-    """Puts P hᵀ into U; h is zero afterwards."""
-    for i in range(n):
-        m[at.U + i] = 0.0
+def innovate(m: Floats, n: int, u: int, innovation: float) -> Innovation:
+    """The innovation of a measurement whose P hᵀ is at ``u``; h is zero afterwards."""
+    explained = dot(m, at.H, u, n)
+    rest = innovation - dot(m, at.H, at.X, n)
     for j in range(n):
-        if m[at.H + j] != 0.0:
-            add_scaled(m, at.U, m[at.H + j], at.P + j * at.ROW, n)
-    explained = 0.0
-    for j in range(n):
-        explained += m[at.H + j] * m[at.U + j]
-        innovation -= m[at.H + j] * m[at.X + j]
         m[at.H + j] = 0.0
-    return Innovation(innovation, explained)
+    return Innovation(rest, explained)
+
+
+@kernel
+def variance_after(m: Floats, i: int, k: int) -> float:
+    """The variance of one state after the first ``k`` measurements that P does not contain yet."""
+    variance = state_variance(m, i)
+    for row in range(k):
+        variance -= m[at.U + row * at.ROW + i] * m[at.U + row * at.ROW + i]
+    return variance
 
 
 @noinline
-def update_scalar(m: Floats, n: int, innovation: float, noise: float) -> float:
-    """One scalar measurement with row h, eq. 13; h is zero afterwards. Returns h P hᵀ.
+def add_scalar(m: Floats, n: int, k: int, innovation: float, noise: float) -> None:
+    """One scalar measurement with row h, eq. 13, which x takes and P with ``subtract_products``; h is zero afterwards.
 
-    ``innovation`` is y and ``noise`` r, in the unit of the measurement.
+    It is number ``k`` of them. ``innovation`` is y and ``noise`` r, in the unit of the measurement.
     """
-    y, explained = innovate(m, n, innovation)
+    u = at.U + k * at.ROW
+    multiply_row(m, n, u)
+    for row in range(k):
+        before = at.U + row * at.ROW
+        add_scaled(m, u, -dot(m, at.H, before, n), before, n)
+    y, explained = innovate(m, n, u, innovation)
     one = 1.0 / sqrt(explained + noise)
     for i in range(n):
-        m[at.U + i] = m[at.U + i] * one
-    add_scaled(m, at.X, y * one, at.U, n)
-    for i in range(n):
-        add_scaled(m, at.P + i * at.ROW, -m[at.U + i], at.U, n)
-    return explained
+        m[u + i] = m[u + i] * one
+    add_scaled(m, at.X, y * one, u, n)
 
 
 @noinline
-def update_partial(m: Floats, n: int, share: float, innovation: float, noise: float, bound: float) -> float:
-    """``update_scalar`` of a magnetometer, eq. 19, with the share β of the states from HEADING up to FIELD.
+def subtract_products(m: Floats, n: int, count: int) -> None:
+    """P ← P − Σ u uᵀ of the first ``count`` measurements."""
+    for i in range(n):
+        subtract_rows(m, at.P + i * at.ROW, at.U + i, at.ROW, at.U, at.ROW, count, n)
 
-    An innovation beyond ``bound`` σ makes r grow, so that it has the influence of one of ``bound`` σ.
+
+@kernel
+def update_scalar(m: Floats, n: int, innovation: float, noise: float) -> None:
+    """``add_scalar`` of a measurement that stands alone."""
+    add_scalar(m, n, 0, innovation, noise)
+    subtract_products(m, n, 1)
+
+
+@kernel
+def subtract_partial_before(m: Floats, n: int, k: int) -> None:
+    """Makes P hᵀ of measurement ``k`` that of P after the measurements before it, eq. 19."""
+    u = at.U + k * at.ROW
+    for row in range(k):
+        before = at.U + row * at.ROW
+        share, root = at.SHARE_OF_U + row * at.PARTIAL, at.ROOT_OF_U + row * at.PARTIAL
+        level = dot(m, at.H, before, at.HEADING)
+        own = dot(m, at.H + at.HEADING, before + at.HEADING, at.PARTIAL)
+        beyond = dot(m, at.H + at.FIELD, before + at.FIELD, n - at.FIELD)
+        shared = dot(m, at.H + at.HEADING, share, at.PARTIAL)
+        add_scaled(m, u, -(shared + beyond), before, at.HEADING)
+        add_scaled(m, u + at.HEADING, -level, share, at.PARTIAL)
+        add_scaled(m, u + at.HEADING, -dot(m, at.H + at.HEADING, root, at.PARTIAL), root, at.PARTIAL)
+        add_scaled(m, u + at.HEADING, -beyond, before + at.HEADING, at.PARTIAL)
+        add_scaled(m, u + at.FIELD, -(level + own + beyond), before + at.FIELD, n - at.FIELD)
+
+
+@noinline
+def add_partial(m: Floats, n: int, k: int, share: float, innovation: float, noise: float, bound: float) -> float:
+    """``add_scalar`` of a magnetometer, eq. 19, with the share β of the states from HEADING up to FIELD.
+
+    P takes it with ``subtract_partial_products``. An innovation beyond ``bound`` σ makes r grow, so that it has the
+    influence of one of ``bound`` σ. Returns h P hᵀ.
     """
-    y, explained = innovate(m, n, innovation)
+    u, part = at.U + k * at.ROW, k * at.PARTIAL
+    multiply_row(m, n, u)
+    subtract_partial_before(m, n, k)
+    y, explained = innovate(m, n, u, innovation)
     s = explained + noise
     s += s * max(0.0, abs(y) / sqrt(s) / bound - 1.0)
     one = 1.0 / sqrt(s)
     for i in range(n):
-        m[at.U + i] = m[at.U + i] * one
+        m[u + i] = m[u + i] * one
     root = sqrt(share * (2.0 - share))
-    for i in range(PARTIAL):
-        m[at.SHARE_OF_U + i] = m[at.U + at.HEADING + i] * share
-        m[at.ROOT_OF_U + i] = m[at.U + at.HEADING + i] * root
-    add_scaled(m, at.X + at.HEADING, y * one, at.SHARE_OF_U, PARTIAL)
-    add_scaled(m, at.X + at.FIELD, y * one, at.U + at.FIELD, n - at.FIELD)
-    for i in range(at.HEADING):
-        row = at.P + i * at.ROW
-        add_scaled(m, row + at.HEADING, -m[at.U + i], at.SHARE_OF_U, PARTIAL)
-        add_scaled(m, row + at.FIELD, -m[at.U + i], at.U + at.FIELD, n - at.FIELD)
-    for i in range(PARTIAL):
-        row = at.P + (at.HEADING + i) * at.ROW
-        add_scaled(m, row, -m[at.SHARE_OF_U + i], at.U, at.HEADING)
-        add_scaled(m, row + at.HEADING, -m[at.ROOT_OF_U + i], at.ROOT_OF_U, PARTIAL)
-        add_scaled(m, row + at.FIELD, -m[at.U + at.HEADING + i], at.U + at.FIELD, n - at.FIELD)
-    for i in range(at.FIELD, n):
-        add_scaled(m, at.P + i * at.ROW, -m[at.U + i], at.U, n)
+    for i in range(at.PARTIAL):
+        m[at.SHARE_OF_U + part + i] = m[u + at.HEADING + i] * share
+        m[at.ROOT_OF_U + part + i] = m[u + at.HEADING + i] * root
+    add_scaled(m, at.X + at.HEADING, y * one, at.SHARE_OF_U + part, at.PARTIAL)
+    add_scaled(m, at.X + at.FIELD, y * one, u + at.FIELD, n - at.FIELD)
     return explained
+
+
+@noinline
+def subtract_partial_products(m: Floats, n: int, count: int) -> None:
+    """``subtract_products`` of a magnetometer, eq. 19."""
+    step, part = at.ROW, at.PARTIAL
+    for i in range(at.HEADING):
+        row, weight = at.P + i * at.ROW, at.U + i
+        subtract_rows(m, row + at.HEADING, weight, step, at.SHARE_OF_U, part, count, at.PARTIAL)
+        subtract_rows(m, row + at.FIELD, weight, step, at.U + at.FIELD, step, count, n - at.FIELD)
+    for i in range(at.PARTIAL):
+        row, weight = at.P + (at.HEADING + i) * at.ROW, at.U + at.HEADING + i
+        subtract_rows(m, row, at.SHARE_OF_U + i, part, at.U, step, count, at.HEADING)
+        subtract_rows(m, row + at.HEADING, at.ROOT_OF_U + i, part, at.ROOT_OF_U, part, count, at.PARTIAL)
+        subtract_rows(m, row + at.FIELD, weight, step, at.U + at.FIELD, step, count, n - at.FIELD)
+    for i in range(at.FIELD, n):
+        subtract_rows(m, at.P + i * at.ROW, at.U + i, step, at.U, step, count, n)
+
+
+@kernel
+def update_partial(m: Floats, n: int, share: float, innovation: float, noise: float, bound: float) -> None:
+    """``add_partial`` of a measurement that stands alone."""
+    add_partial(m, n, 0, share, innovation, noise, bound)
+    subtract_partial_products(m, n, 1)

@@ -7,12 +7,15 @@ from levelhead.filters.eskf import aiding
 from levelhead.filters.eskf import state as at
 from levelhead.filters.eskf.adaptation import AT_REST, adapt_field, mean_travel
 from levelhead.filters.eskf.covariance import (
+    add_partial,
+    add_scalar,
     field_scale,
     rotate_velocity_error,
     set_independent,
     state_variance,
-    update_partial,
-    update_scalar,
+    subtract_partial_products,
+    subtract_products,
+    variance_after,
     vector,
 )
 from levelhead.filters.eskf.known_field import update_known_field
@@ -79,6 +82,7 @@ def update_velocity(params: ESKF, m: Floats, resting: bool, n: int) -> None:
     north leave out. The influence of a single block is bounded (P. J. Huber, Robust Statistics, 1981): beyond
     ``VELOCITY_BOUND`` σ the variance grows with the innovation. So a wrong tilt is corrected step by step.
     """
+    count = 0
     for i in range(3):
         if not aiding.is_aided(m, i):
             noise = velocity_variance(params, m, resting, i)
@@ -91,9 +95,11 @@ def update_velocity(params: ESKF, m: Floats, resting: bool, n: int) -> None:
                 y += mean_travel(m, i)
                 for k in range(3):
                     m[at.H + at.BODY_VELOCITY + k] = -m[at.INT_R + 3 * i + k] / m[at.BLOCK_TIME]
-            s = state_variance(m, at.VELOCITY + i) + noise
+            s = variance_after(m, at.VELOCITY + i, count) + noise
             beyond = abs(y - m[at.X + at.VELOCITY + i]) / sqrt(s) / VELOCITY_BOUND - 1.0
-            update_scalar(m, n, y, noise + s * max(0.0, beyond))
+            add_scalar(m, n, count, y, noise + s * max(0.0, beyond))
+            count += 1
+    subtract_products(m, n, count)
 
 
 @kernel
@@ -134,9 +140,10 @@ def update_zero_rate(m: Floats, n: int) -> None:
         explained = m[s] * rate.x + m[s + 1] * rate.y + m[s + 2] * rate.z + m[at.MEAN + at.GYR_BIAS + i]
         measured = rate.x if i == 0 else (rate.y if i == 1 else rate.z)
         y = measured - explained
-        s2 = state_variance(m, at.GYR_BIAS + i) + noise
+        s2 = variance_after(m, at.GYR_BIAS + i, i) + noise
         beyond = abs(y - m[at.X + at.GYR_BIAS + i]) / sqrt(s2) / bound - 1.0
-        update_scalar(m, n, y, noise + s2 * max(0.0, beyond) * REST_TIME * one)
+        add_scalar(m, n, i, y, noise + s2 * max(0.0, beyond) * REST_TIME * one)
+    subtract_products(m, n, 3)
 
 
 @kernel
@@ -193,9 +200,10 @@ def update_field(params: ESKF, m: Floats, resting: bool, n: int) -> bool:
         m[at.H + at.PLACE + i] = -1.0
         set_sensor_columns(m, i, one)
         off = m[at.MEAN + at.FIELD + i] + m[at.MEAN + at.PLACE + i] - (x if i == 0 else (y if i == 1 else z))
-        own = update_partial(m, n, share, off, noise, FIELD_BOUND)
+        own = add_partial(m, n, i, share, off, noise, FIELD_BOUND)
         far = far or off * off > GATE * own + FAR * FAR * size2
         explained += own / 3.0
+    subtract_partial_products(m, n, 3)
     adapt_field(params, m, e, explained, resting)
     if params.field_strength > 0.0:
         update_known_field(params, m, n)

@@ -39,24 +39,24 @@ IMPACT = 300.0  # m/s²: of a blow of this size the integral of the samples is w
 
 @kernel
 def set_transition(m: Floats) -> None:
-    """F − 1 of the driven states over a block, by rows v, θ."""
+    """1 − F of the driven states over a block, by rows v, θ."""
     for i in range(at.DRIVEN * at.ROW):
         m[at.F + i] = 0.0
     for i in range(3):
         v = at.F + i * at.ROW
         t = v + 3 * at.ROW
         for k in range(3):
-            m[v + at.ACC_BIAS + k] = -m[at.INT_R + 3 * i + k]
-            m[t + at.GYR_BIAS + k] = -m[at.INT_R + 3 * i + k]
+            m[v + at.ACC_BIAS + k] = m[at.INT_R + 3 * i + k]
+            m[t + at.GYR_BIAS + k] = m[at.INT_R + 3 * i + k]
         for k in range(9):
-            m[t + at.GYR_MATRIX + k] = -m[at.INT_R_RATE + 9 * i + k]
+            m[t + at.GYR_MATRIX + k] = m[at.INT_R_RATE + 9 * i + k]
     x, y, z = vector(m, at.INT_FORCE)
-    m[at.F + at.ATTITUDE + 1] = z
-    m[at.F + at.ATTITUDE + 2] = -y
-    m[at.F + at.ROW + at.ATTITUDE] = -z
-    m[at.F + at.ROW + at.ATTITUDE + 2] = x
-    m[at.F + 2 * at.ROW + at.ATTITUDE] = y
-    m[at.F + 2 * at.ROW + at.ATTITUDE + 1] = -x
+    m[at.F + at.ATTITUDE + 1] = -z
+    m[at.F + at.ATTITUDE + 2] = y
+    m[at.F + at.ROW + at.ATTITUDE] = z
+    m[at.F + at.ROW + at.ATTITUDE + 2] = -x
+    m[at.F + 2 * at.ROW + at.ATTITUDE] = -y
+    m[at.F + 2 * at.ROW + at.ATTITUDE + 1] = x
 
 
 @kernel

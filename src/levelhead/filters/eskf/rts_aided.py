@@ -161,7 +161,7 @@ def predict_cross(blocks: Floats, after: int, m: Floats) -> None:
         for k in range(at.ROW):
             weight = blocks[after + BLOCK_F + i * at.ROW + k]
             if weight != 0.0:
-                add_scaled(m, speed + i * at.ROW, weight, rts.GAIN + k * at.ROW, at.ROW)
+                add_scaled(m, speed + i * at.ROW, -weight, rts.GAIN + k * at.ROW, at.ROW)
     add_scaled(m, place, half, speed, 3 * at.ROW)
     rts.decay_rows(blocks, after, m)
 

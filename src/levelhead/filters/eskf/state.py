@@ -5,7 +5,7 @@ Offsets, lengths of rows and the memory are plain integers. Kernels import this 
 kernels below them, which declare its σ at the start and its random walk, and parameters for these two.
 
 The memory is one row of floats: the covariance P by rows, the mean of what is additive (attitude is not), the
-correction x gathered in a block of samples, a row h of a measurement, P hᵀ, the couplings F − 1 of the states that
+correction x gathered in a block of samples, a row h of a measurement, P hᵀ, the couplings 1 − F of the states that
 others drive, their rows of F P, a prior, sums of aiding measurements, and integrals over the block of samples.
 """
 
@@ -172,6 +172,8 @@ def fours(n: int) -> int:
 N_INERTIAL = fours(FIELD)  # without a magnetometer
 N_MAGNETIC = fours(POSITION)  # without position and velocity
 ROW = fours(N)  # all of it; from one row to the next
+TOGETHER = 3  # scalar measurements that P takes at once
+PARTIAL = FIELD - HEADING  # states of which a magnetometer takes a share
 AID_ROWS = HEIGHT + 1  # rows of aiding: position 3, velocity 3, zero velocity 3, height by barometer
 
 
@@ -199,10 +201,10 @@ P = place(ROW * ROW, "", "covariance, N² in rows of ROW")
 MEAN = place(ROW, "", "mean of what is additive")
 X = place(ROW, "", "correction of the mean in this block of samples")
 H = place(ROW, "", "row of a measurement")
-U = place(ROW, "", "P hᵀ/√s")
-SHARE_OF_U = place(FIELD - HEADING, "", "β of it, of the states from HEADING up to FIELD, eq. 19")
-ROOT_OF_U = place(FIELD - HEADING, "", "√(β (2 − β)) of it")
-F = place(DRIVEN * ROW, "", "F − 1 of the driven states")
+U = place(TOGETHER * ROW, "", "P hᵀ/√s of the measurements that P does not contain yet, by rows")
+SHARE_OF_U = place(TOGETHER * PARTIAL, "", "β of it, of the states from HEADING up to FIELD, eq. 19")
+ROOT_OF_U = place(TOGETHER * PARTIAL, "", "√(β (2 − β)) of it")
+F = place(DRIVEN * ROW, "", "1 − F of the driven states")
 W = place(DRIVEN * ROW, "", "F P of the driven states")
 PRIOR_MEAN = place(N, "", "means of an earlier run, in the units of a Calibration")
 PRIOR_SIGMA = place(N, "", "their σ; 0: there is none")
