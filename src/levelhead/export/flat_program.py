@@ -1,6 +1,6 @@
 """The procedures of a filter on an IMU: update, start, and what a program asks; what none of them needs is left out."""
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from types import MappingProxyType
 
 from levelhead.compiler.mark import KernelFunction
@@ -31,7 +31,7 @@ class Root:
         name: by which it is asked for.
         kernel: the kernel.
         given: values like its arguments.
-        pick: the part of its result that is wanted.
+        pick: the name of the part of its result that is wanted.
         alone: whether it calls nothing: all is inlined.
         fixed: arguments that are known.
         least: numbers from which a record is passed by its place.
@@ -43,7 +43,7 @@ class Root:
         name: str,
         kernel: KernelFunction,
         given: Sequence[Value],
-        pick: Callable[[Value], Value] | None = None,
+        pick: str | None = None,
         alone: bool = False,
         fixed: Mapping[str, object] | None = None,
         least: int = BY_PLACE,

@@ -8,7 +8,7 @@ from levelhead.export import frame, sensor, temperature
 from levelhead.export.c_api import CApi, health_bits
 from levelhead.export.config import ExportConfig
 from levelhead.export.flat_program import FlatProgram, Root
-from levelhead.export.graph import Operand, Place, Record, RecordField, Value
+from levelhead.export.graph import Operand, Place, Record, RecordField
 from levelhead.export.kinds import FLOAT, Struct, is_empty
 from levelhead.export.layout import STEP, join_lines, template
 from levelhead.export.procedures import like
@@ -78,7 +78,7 @@ class ImuApi(CApi):
         yield Root("begin", bound.begin, [settings], alone=True, fixed=self._fixed(), homes=homes)
         yield Root("advance", bound.advance, [settings, carry, vector, vector, vector, number], fixed=self._fixed())
         for name, field in config.answers.items():
-            yield Root(name, bound.result, [settings, run], _Pick(field), fixed=self._fixed())
+            yield Root(name, bound.result, [settings, run], field, fixed=self._fixed())
         if bound.update_aiding is not None and config.flt.aiding is not None:
             assert isinstance(run, Record)
             row = Operand("const", (), "int", 0)
@@ -296,14 +296,3 @@ def prefixes() -> dict[str, tuple[RecordField, ...]]:
     """Where in the carry the arguments of the driver's kernels lie."""
     run = RecordField(Carry, "run")
     return {"carry": (), "run": (run,), "state": (run, RecordField(FilterRun, "state"))}
-
-
-class _Pick:
-    """The part of a result that has a name."""
-
-    def __init__(self, name: str) -> None:
-        self._name = name
-
-    def __call__(self, value: Value) -> Value:
-        assert isinstance(value, Record)
-        return value.get(self._name)

@@ -243,6 +243,7 @@ class ImuUnit:
         yield Root("begin", bound.begin, [settings], homes={state: place})
         yield Root("advance", bound.advance, [settings, carry, *[like(ZERO)] * 3, NUMBER])
         yield Root("result", bound.result, [settings, self._run])
+        yield Root("orientation", bound.result, [settings, self._run], pick="quat")
         if bound.update_aiding is not None and self.flt.aiding is not None:
             yield Root("aid", bound.update_aiding, [settings, carry, WHOLE, *[NUMBER] * 3])
             yield Root("place", self.flt.aiding.nav_state, [settings.get("filter"), self._state])
@@ -256,6 +257,7 @@ class ImuUnit:
             "begin": call("begin", PLACES),
             "advance": call("advance", PLACES, READINGS | {"dt": "dt"}),
             "result": call("result", PLACES | {"output": "out"}),
+            "orientation": call("orientation", PLACES),
             "set_settings": set_words(self.settings, "filter->settings"),
             "set_carry": set_words(self.carry, "filter->carry"),
             "get_carry": get_words(self.carry, "filter->carry"),

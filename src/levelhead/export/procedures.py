@@ -5,7 +5,7 @@ the guard, no reading is ever clipped. That is assumed of every field first, and
 """
 
 import ast
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -165,7 +165,7 @@ def make_procedure(
     function: KernelFunction,
     name: str,
     given: Sequence[Value],
-    pick: Callable[[Value], Value] | None = None,
+    pick: str | None = None,
     fixed: Mapping[str, object] | None = None,
     homes: Homes | None = None,
     least: int = BY_PLACE,
@@ -173,8 +173,9 @@ def make_procedure(
 ) -> Procedure:
     """Runs a kernel for arguments like these.
 
-    ``pick``: the part of its result that is wanted; ``fixed``: arguments that are known; ``homes``: as ``Procedures``;
-    ``least``: numbers from which a record is passed by its place; ``own``: where records of what it returns lie.
+    ``pick``: the name of the part of its result that is wanted; ``fixed``: arguments that are known; ``homes``: as
+    ``Procedures``; ``least``: numbers from which a record is passed by its place; ``own``: where records of what it
+    returns lie.
     """
     read_only: frozenset[str] = frozenset()
     while True:
@@ -190,7 +191,7 @@ def _trace_procedure(
     function: KernelFunction,
     name: str,
     given: Sequence[Value],
-    pick: Callable[[Value], Value] | None,
+    pick: str | None,
     fixed: Mapping[str, object] | None,
     homes: Homes | None,
     least: int,
@@ -215,7 +216,10 @@ def _trace_procedure(
     result = tracer.inline(function, values)
     answered: set[str] = set()
     if result is not None:
-        made.answer = _answer(made, pick(result) if pick else result, answered)
+        if pick:
+            assert isinstance(result, Record)
+            result = result.get(pick)
+        made.answer = _answer(made, result, answered)
     fuse(made.graph.body, made.graph.loads)
     _note_effects(made)
     return made, answered

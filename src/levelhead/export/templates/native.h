@@ -35,7 +35,7 @@ typedef union {
 } lh_word;
 
 /* Rows of a recording and of its track, flat; mag is NULL where there is none, first where nothing aids. dt is NULL where
- * the stamps t give the intervals. */
+ * the stamps t give the intervals; bias, sigma and health are NULL for the orientation alone. */
 typedef struct {
     const double *t, *dt, *gyr, *acc, *mag;
     const int64_t *first, *row;

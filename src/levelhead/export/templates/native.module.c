@@ -358,10 +358,8 @@ static PyObject *imu_new(PyTypeObject *type, PyObject *args, PyObject *keywords)
 /* One sample, a batch of one row; the orientation after it. */
 static PyObject *imu_sample(const Object *self, const double *gyr, const double *acc, const double *mag, double dt)
 {
-    double quat[4], bias[3], sigma[3];
-    uint32_t health;
-    const lh_rows row = {.t = &dt, .gyr = gyr, .acc = acc, .mag = mag,
-                         .quat = quat, .bias = bias, .sigma = sigma, .health = &health};
+    double quat[4];
+    const lh_rows row = {.t = &dt, .gyr = gyr, .acc = acc, .mag = mag, .quat = quat};
     ((const lh_imu_filter *)self->filter)->run(self->memory, 1, 0.0, &row);
     return numbers(quat, 4);
 }
@@ -457,7 +455,7 @@ static PyObject *imu_run(PyObject *object, PyObject *const *args, Py_ssize_t giv
     return release(&arguments);
 }
 
-/* run_rows(dt, gyr, acc, mag, quat, bias, sigma, health): samples with their intervals. */
+/* run_rows(dt, gyr, acc, mag, quat): samples with their intervals; the orientation alone. */
 static PyObject *imu_run_rows(PyObject *object, PyObject *const *args, Py_ssize_t given)
 {
     const Object *self = (Object *)object;
@@ -467,7 +465,7 @@ static PyObject *imu_run_rows(PyObject *object, PyObject *const *args, Py_ssize_
     if (!filter->run) {
         return PyErr_Format(PyExc_ValueError, "%s only runs forward for its smoother", filter->name);
     }
-    if (counted(given, 8) < 0) {
+    if (counted(given, 5) < 0) {
         return NULL;
     }
     rows.dt = INPUT(-1);
@@ -476,9 +474,6 @@ static PyObject *imu_run_rows(PyObject *object, PyObject *const *args, Py_ssize_
     rows.acc = INPUT(3 * count);
     rows.mag = field(&arguments, count);
     rows.quat = OUTPUT(4 * count);
-    rows.bias = OUTPUT(3 * count);
-    rows.sigma = OUTPUT(3 * count);
-    rows.health = array(&arguments, count, sizeof *rows.health, 1);
     if (!arguments.failed) {
         Py_BEGIN_ALLOW_THREADS
         filter->run(self->memory, count, 0.0, &rows);
