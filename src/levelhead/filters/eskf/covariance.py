@@ -199,13 +199,18 @@ def rotate_velocity_error(m: Floats, p: int, n: int, x: float, y: float) -> None
 
 
 @kernel
-def multiply_row(m: Floats, n: int, u: int) -> None:
-    """Puts P hᵀ to ``u``."""
-    for i in range(n):
-        m[u + i] = 0.0
-    for j in range(n):
+def multiply_row(m: Floats, u: int, first: int, end: int, n: int) -> None:
+    """Adds the part of P hᵀ of the states from ``first`` to before ``end`` to the numbers at ``u``."""
+    for j in range(first, end):
         if m[at.H + j] != 0.0:
             add_scaled(m, u, m[at.H + j], at.P + j * at.ROW, n)
+
+
+@kernel
+def clear(m: Floats, first: int, count: int) -> None:
+    """Sets ``count`` numbers to zero."""
+    for i in range(first, first + count):
+        m[i] = 0.0
 
 
 @kernel
@@ -232,8 +237,7 @@ def innovate(m: Floats, n: int, u: int, innovation: float) -> Innovation:
     """The innovation of a measurement whose P hᵀ is at ``u``; h is zero afterwards."""
     explained = dot(m, at.H, u, n)
     rest = innovation - dot(m, at.H, at.X, n)
-    for j in range(n):
-        m[at.H + j] = 0.0
+    clear(m, at.H, n)
     return Innovation(rest, explained)
 
 
@@ -253,7 +257,8 @@ def add_scalar(m: Floats, n: int, k: int, innovation: float, noise: float) -> No
     It is number ``k`` of them. ``innovation`` is y and ``noise`` r, in the unit of the measurement.
     """
     u = at.U + k * at.ROW
-    multiply_row(m, n, u)
+    clear(m, u, n)
+    multiply_row(m, u, 0, n, n)
     for row in range(k):
         before = at.U + row * at.ROW
         add_scaled(m, u, -dot(m, at.H, before, n), before, n)
@@ -281,30 +286,32 @@ def update_scalar(m: Floats, n: int, innovation: float, noise: float) -> None:
 @kernel
 def subtract_partial_before(m: Floats, n: int, k: int) -> None:
     """Makes P hᵀ of measurement ``k`` that of P after the measurements before it, eq. 19."""
-    u = at.U + k * at.ROW
+    u, heading = at.U + k * at.ROW, m[at.H + at.HEADING]
     for row in range(k):
         before = at.U + row * at.ROW
         share, root = at.SHARE_OF_U + row * at.PARTIAL, at.ROOT_OF_U + row * at.PARTIAL
         level = dot(m, at.H, before, at.HEADING)
-        own = dot(m, at.H + at.HEADING, before + at.HEADING, at.PARTIAL)
         beyond = dot(m, at.H + at.FIELD, before + at.FIELD, n - at.FIELD)
-        shared = dot(m, at.H + at.HEADING, share, at.PARTIAL)
-        add_scaled(m, u, -(shared + beyond), before, at.HEADING)
+        add_scaled(m, u, -(heading * m[share] + beyond), before, at.HEADING)
         add_scaled(m, u + at.HEADING, -level, share, at.PARTIAL)
-        add_scaled(m, u + at.HEADING, -dot(m, at.H + at.HEADING, root, at.PARTIAL), root, at.PARTIAL)
+        add_scaled(m, u + at.HEADING, -heading * m[root], root, at.PARTIAL)
         add_scaled(m, u + at.HEADING, -beyond, before + at.HEADING, at.PARTIAL)
-        add_scaled(m, u + at.FIELD, -(level + own + beyond), before + at.FIELD, n - at.FIELD)
+        whole = level + heading * m[before + at.HEADING] + beyond
+        add_scaled(m, u + at.FIELD, -whole, before + at.FIELD, n - at.FIELD)
 
 
 @noinline
 def add_partial(m: Floats, n: int, k: int, share: float, innovation: float, noise: float, bound: float) -> float:
     """``add_scalar`` of a magnetometer, eq. 19, with the share β of the states from HEADING up to FIELD.
 
-    P takes it with ``subtract_partial_products``. An innovation beyond ``bound`` σ makes r grow, so that it has the
-    influence of one of ``bound`` σ. Returns h P hᵀ.
+    Its row has elements of attitude, heading and the states from FIELD on alone. P takes it with
+    ``subtract_partial_products``. An innovation beyond ``bound`` σ makes r grow, so that it has the influence of one of
+    ``bound`` σ. Returns h P hᵀ.
     """
     u, part = at.U + k * at.ROW, k * at.PARTIAL
-    multiply_row(m, n, u)
+    clear(m, u, n)
+    multiply_row(m, u, at.ATTITUDE, at.HEADING + 1, n)
+    multiply_row(m, u, at.FIELD, n, n)
     subtract_partial_before(m, n, k)
     y, explained = innovate(m, n, u, innovation)
     s = explained + noise
