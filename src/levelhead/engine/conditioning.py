@@ -134,8 +134,8 @@ class DetectorHooks(Protocol):
     @kernel
     def interval_rate(before: Vec3, now: Vec3, lost: float, dt: float) -> Vec3:
         """The mean rate (rad/s) over the ``dt`` seconds between two stamps; without a guard the later reading, as
-        published filters have it, but for the share ``lost`` of the time, in which samples were lost."""
-        return sub(now, scale(sub(now, before), 0.5 * lost)) if lost > 0.0 else now
+        published filters have it, but for the ``lost`` seconds of them in which samples were lost."""
+        return sub(now, scale(sub(now, before), 0.5 * (lost / dt))) if lost > 0.0 else now
 
 
 detectors: DetectorHooks = declare(DetectorHooks)
@@ -162,7 +162,7 @@ def usual_interval(usual: float, dt: float) -> float:
 @kernel
 def lost_time(usual: float, dt: float) -> float:
     """s of an interval for which samples were lost: all beyond the usual one, where that is at least another."""
-    return dt - usual if usual > 0.0 and has_elapsed(dt, usual, 2.0 * usual) else 0.0
+    return dt - usual if has_elapsed(dt, usual, 2.0 * usual) and usual > 0.0 else 0.0
 
 
 @kernel
@@ -259,7 +259,7 @@ def measure_rate(
     elif dt <= GAP_SECONDS and health & RATE_UNUSABLE == 0:
         if lost > 0.0:
             unmeasured = lost_variance(before.last, gyr, lost)
-        gyr = detectors.interval_rate(before.last, gyr, lost / dt, dt)
+        gyr = detectors.interval_rate(before.last, gyr, lost, dt)
     return MeasuredRate(gyr=gyr, approach=rate, rate_age=rate_age, unmeasured=unmeasured)
 
 

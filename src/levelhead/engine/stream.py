@@ -266,9 +266,7 @@ class Stream:
         if (dt is None) == (t is None):
             raise LevelheadError("update_rows needs dt (seconds since the last sample) or t (the samples' stamps)")
         if isinstance(dt, float) and 0.0 < dt < MOST_DT:  # in a third of the time of what follows
-            alike = np.empty(n)
-            alike.fill(dt)
-            return alike
+            return np.full(n, dt)
         try:
             given = np.asarray(dt if t is None else t, np.float64)
         except (TypeError, ValueError):
@@ -499,12 +497,11 @@ class Stream:
             raise LevelheadError(
                 "a stream whose readings are corrected cannot be saved; save its prior or calibration instead"
             )
-        stepper = self._stepper
         return to_bytes(
             StreamState(
-                settings=stepper.params,
+                settings=self._stepper.params,
                 guarded=self._guarded,
-                carry=stepper.state,
+                carry=self._stepper.state,
                 time=self._time,
                 heading=self._heading,
             )

@@ -181,11 +181,11 @@ class ImuApi(CApi):
         } | {f"force_{axis}": one for axis, one in zip("xyz", forces, strict=True)}
 
     def _components(self) -> str:
-        """The lines that turn a reading into the body's axes."""
-        return join_lines(
-            f"{STEP}to[{i}] = v ? {frame.sum_in_c(row, ['v[0]', 'v[1]', 'v[2]'], self.number)} : {self.number(0.0)};"
-            for i, row in enumerate(self.config.axes.terms)
-        ).rstrip()
+        """The lines that turn a reading into the body's axes; zero if there is none."""
+        zero = self.number(0.0)
+        absent = f"{STEP}if (!v) {{\n{STEP * 2}to[0] = to[1] = to[2] = {zero};\n{STEP * 2}return;\n{STEP}}}"
+        rows = [frame.sum_in_c(row, ["v[0]", "v[1]", "v[2]"], self.number) for row in self.config.axes.terms]
+        return join_lines([absent, *(f"{STEP}to[{i}] = {row};" for i, row in enumerate(rows))]).rstrip()
 
     def _take(self) -> str:
         """The lines that make of an update's readings what the filter is fed with."""

@@ -110,7 +110,7 @@ def update_extreme(extreme: Extreme, v: Vec3, full: float, dt: float) -> Extreme
     """Whether a reading is at full scale: ``full`` if known (not 0), else the largest one so far if it is a plateau."""
     x, y, z = v
     far = APPROACH * min(extreme.up, extreme.down)
-    if full == 0.0 and -far < x < far and -far < y < far and -far < z < far:  # nearly always
+    if full == 0.0 and max(abs(x), abs(y), abs(z)) < far:  # nearly always
         if extreme.last == 0.0 and not extreme.clipped:
             return extreme
         return below_full_scale(extreme.up, extreme.down, extreme.found)
@@ -196,9 +196,10 @@ def update_repeat(repeat: Repeat, v: Vec3, dt: float) -> Repeat:
     p = abs(x - a)
     q = abs(y - b)
     r = abs(z - c)
+    smallest = min(p, q, r)
+    if smallest > 0.0:
+        return Repeat(last=v, axes=0, time=0.0, step=min(step, smallest))
     step = smaller_step(smaller_step(smaller_step(step, p), q), r)
-    if p > 0.0 and q > 0.0 and r > 0.0:
-        return Repeat(last=v, axes=0, time=0.0, step=step)
     if max(p, q, r) < max(LEAST, STEPS * step):
         return Repeat(last=repeat.last, axes=axes, time=time, step=step)
     same = 0
@@ -216,7 +217,7 @@ def update_repeat(repeat: Repeat, v: Vec3, dt: float) -> Repeat:
 @kernel
 def is_stuck(repeat: Repeat, dt: float) -> bool:
     """Whether an axis has repeated one value for 1 s and 20 samples while another one changed."""
-    return has_elapsed(repeat.time, dt, max(STUCK_SECONDS, STUCK_SAMPLES * dt))
+    return repeat.time > 0.0 and has_elapsed(repeat.time, dt, max(STUCK_SECONDS, STUCK_SAMPLES * dt))
 
 
 @kernel
