@@ -47,8 +47,9 @@ def subtract_each_row(
     registers hold up to 32 numbers of a row at once.
     """
     for k in range(count):
+        one = m[weight + k * step]  # C could not tell that the loop leaves it alone
         for j in range(width):
-            m[to + j] -= m[weight + k * step] * m[row + k * stride + j]
+            m[to + j] -= one * m[row + k * stride + j]
 
 
 @primitive(copy_each)
