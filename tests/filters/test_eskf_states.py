@@ -53,7 +53,7 @@ EDITS = {
     "predict.py": (
         (
             "            m[t + at.GYR_BIAS + k] =",
-            "            m[v + at.ACC_SCALE + k] = -m[at.INT_R_ACC + 3 * i + k]\n            m[t + at.GYR_BIAS + k] =",
+            "            m[v + at.ACC_SCALE + k] = m[at.INT_R_ACC + 3 * i + k]\n            m[t + at.GYR_BIAS + k] =",
         ),
     ),
 }

@@ -113,7 +113,7 @@ def driven_rows(m: Floats, n: int) -> None:
     for i in range(3):
         v = i * at.ROW
         t = v + 3 * at.ROW
-        subtract_rows(m, at.W + v, at.F + v, 1, at.P, at.ROW, 3, n)
+        subtract_rows(m, at.W + v, at.F + v, 1, at.P, at.ROW, at.VELOCITY, n)
         attitude = at.P + at.ATTITUDE * at.ROW
         subtract_rows(m, at.W + v, at.F + v + at.ATTITUDE, 1, attitude, at.ROW, 3, n)
         bias = at.P + at.GYR_BIAS * at.ROW
@@ -124,7 +124,7 @@ def driven_rows(m: Floats, n: int) -> None:
 def driven_covariance(m: Floats, w: int, f: int) -> float:
     """Σ_k W_k (1 − F)_k of a row at ``w`` and one at ``f`` of a driven state."""
     total = 0.0
-    for k in range(3):
+    for k in range(at.VELOCITY):
         total += m[w + k] * m[f + k]
     for k in range(at.ATTITUDE, at.BODY_VELOCITY):
         total += m[w + k] * m[f + k]
@@ -217,11 +217,14 @@ def clear(m: Floats, first: int, count: int) -> None:
 def dot(m: Floats, a: int, b: int, count: int) -> float:
     """Σ of products of ``count`` numbers at ``a`` and ``b``: four sums, so that none waits for the one before it."""
     first, second, third, fourth = 0.0, 0.0, 0.0, 0.0
-    for k in range(0, count, 4):
+    whole = count & -4
+    for k in range(0, whole, 4):
         first += m[a + k] * m[b + k]
         second += m[a + k + 1] * m[b + k + 1]
         third += m[a + k + 2] * m[b + k + 2]
         fourth += m[a + k + 3] * m[b + k + 3]
+    for k in range(whole, count):
+        first += m[a + k] * m[b + k]
     return first + second + (third + fourth)
 
 

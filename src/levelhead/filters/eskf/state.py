@@ -65,10 +65,10 @@ def states(
 
 
 # The states. Those before HEADING are the horizon and what depends on it: a magnetometer only considers them. It takes
-# a share of those from there up to FIELD, as far as its offset is known. Velocity and attitude are driven by others.
-# Those that always exist come first, those of aiding last, so that the first n leave out what does not exist. The σ of
-# a bias from one switching-on to the next is a choice in the range of the zero-rate and zero-g repeatability of
-# consumer chips, which their data sheets do not give.
+# a share of those from there up to FIELD, as far as its offset is known. Velocity is driven by attitude and the states
+# before it, attitude by those from GYR_BIAS up to BODY_VELOCITY. Those that always exist come first, those of aiding
+# last, so that the first n leave out what does not exist. The σ of a bias from one switching-on to the next is a choice
+# in the range of the zero-rate and zero-g repeatability of consumer chips, which their data sheets do not give.
 ACC_BIAS = states("acc_bias", (3,), "m/s²", "accelerometer bias c", ALWAYS, calibration=True, prior=True, turn_on=0.02)
 VELOCITY = states("velocity", (3,), "m/s", "velocity v, earth frame", ALWAYS)
 ATTITUDE = states("attitude", (2,), "rad", "attitude error θ about east and north", ALWAYS)

@@ -600,10 +600,8 @@ static LH_RARE void detectors_update_plateau(Extreme *extreme, float high, float
 static LH_CALLED void detectors_update_extreme(Extreme *extreme, float v_x, float v_y, float v_z, float full,
     float dt)
 {
-    const float far = DETECTORS_APPROACH * lh_min(extreme->up, extreme->down);
-    const float number = -far;
-    if (full == 0.0f && (number < v_x && v_x < far) && (number < v_y && v_y < far)
-        && (number < v_z && v_z < far)) {
+    const float number = lh_max(lh_max(fabsf(v_x), fabsf(v_y)), fabsf(v_z));
+    if (full == 0.0f && number < DETECTORS_APPROACH * lh_min(extreme->up, extreme->down)) {
         if (!(extreme->last == 0.0f && !extreme->clipped)) {
             extreme->last = 0.0f;
             extreme->before = 0.0f;
@@ -620,7 +618,7 @@ static LH_CALLED void detectors_update_extreme(Extreme *extreme, float v_x, floa
             extreme->slope = 0.0f;
             extreme->stay = DETECTORS_NOT_STEEP;
             extreme->found = 3;
-            extreme->clipped = lh_max(lh_max(fabsf(v_x), fabsf(v_y)), fabsf(v_z)) >= DETECTORS_PLATEAU * full;
+            extreme->clipped = number >= DETECTORS_PLATEAU * full;
         } else {
             detectors_update_plateau(extreme, lh_max(lh_max(v_x, v_y), v_z), -lh_min(lh_min(v_x, v_y), v_z),
                 dt);
@@ -1308,8 +1306,8 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
          * where that is at least another.
          */
         const float number_4 = 2.0f * carry->sample.interval;
-        const float lost = carry->sample.interval > 0.0f
-            && dt + ELAPSED_SLACK * carry->sample.interval >= number_4 ? dt - carry->sample.interval : 0.0f;
+        const float lost = dt + ELAPSED_SLACK * carry->sample.interval >= number_4
+            && carry->sample.interval > 0.0f ? dt - carry->sample.interval : 0.0f;
         /* conditioning.condition: The next sample, conditioned; sample is the one before. */
         const bool number_5 = lost > 0.0f;
         /* detectors.detect: The detectors after one sample (rad/s, m/s², dt s). */
@@ -1565,17 +1563,20 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
                 const float p = fabsf(last_x_4 - carry->sample.detected.gyr_repeat.last.x);
                 const float q = fabsf(last_y_4 - carry->sample.detected.gyr_repeat.last.y);
                 const float r = fabsf(last_z_4 - carry->sample.detected.gyr_repeat.last.z);
-                const float p_2 = 0.0f < p && p < carry->sample.detected.gyr_repeat.step ? p
-                    : carry->sample.detected.gyr_repeat.step;
-                const float q_2 = 0.0f < q && q < p_2 ? q : p_2;
-                const float r_2 = 0.0f < r && r < q_2 ? r : q_2;
-                if (p > 0.0f && q > 0.0f && r > 0.0f) {
+                const float smallest = lh_min(lh_min(p, q), r);
+                if (smallest > 0.0f) {
                     carry->sample.detected.gyr_repeat.axes = 0;
                     carry->sample.detected.gyr_repeat.time = 0.0f;
+                    carry->sample.detected.gyr_repeat.step = lh_min(carry->sample.detected.gyr_repeat.step,
+                        smallest);
                     carry->sample.detected.gyr_repeat.last.x = last_x_4;
                     carry->sample.detected.gyr_repeat.last.y = last_y_4;
                     carry->sample.detected.gyr_repeat.last.z = last_z_4;
                 } else {
+                    const float p_2 = 0.0f < p && p < carry->sample.detected.gyr_repeat.step ? p
+                        : carry->sample.detected.gyr_repeat.step;
+                    const float q_2 = 0.0f < q && q < p_2 ? q : p_2;
+                    const float r_2 = 0.0f < r && r < q_2 ? r : q_2;
                     if (!(lh_max(lh_max(p, q), r) < lh_max(DETECTORS_LEAST, DETECTORS_STEPS * r_2))) {
                         const int32_t same = r == 0.0f && last_z_4 != 0.0f
                             ? (q == 0.0f && last_y_4 != 0.0f ? (p == 0.0f && last_x_4 != 0.0f ? 1 : 0) | 2
@@ -1595,8 +1596,8 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
                         carry->sample.detected.gyr_repeat.last.y = last_y_4;
                         carry->sample.detected.gyr_repeat.last.z = last_z_4;
                     }
+                    carry->sample.detected.gyr_repeat.step = r_2;
                 }
-                carry->sample.detected.gyr_repeat.step = r_2;
             }
             /* rate_noise.update_noise: After a rate (rad/s) over dt seconds, which is of the noise alone where it is quiet.
              */
@@ -1661,8 +1662,9 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
             carry->sample.detected.noise.evidence.x = x_6;
             carry->sample.detected.noise.evidence.y = y_6;
             carry->sample.detected.noise.evidence.z = z_6;
-            health_3 = carry->sample.detected.gyr_repeat.time
-                + number_3 >= lh_max(DETECTORS_STUCK_SECONDS, DETECTORS_STUCK_SAMPLES * dt)
+            health_3 = (carry->sample.detected.gyr_repeat.time > 0.0f
+                && carry->sample.detected.gyr_repeat.time
+                + number_3 >= lh_max(DETECTORS_STUCK_SECONDS, DETECTORS_STUCK_SAMPLES * dt))
                 || lh_max(lh_max(x_6, y_6), z_6) > RATE_NOISE_SURE
                 ? (carry->sample.detected.gyr_extreme.clipped ? at_2 | 32 : at_2) | 128
                 : (carry->sample.detected.gyr_extreme.clipped ? at_2 | 32 : at_2);
@@ -1686,17 +1688,20 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
                 const float p_3 = fabsf(acc_x_2 - carry->sample.detected.acc_repeat.last.x);
                 const float q_3 = fabsf(acc_y_2 - carry->sample.detected.acc_repeat.last.y);
                 const float r_3 = fabsf(acc_z_2 - carry->sample.detected.acc_repeat.last.z);
-                const float p_4 = 0.0f < p_3 && p_3 < carry->sample.detected.acc_repeat.step ? p_3
-                    : carry->sample.detected.acc_repeat.step;
-                const float q_4 = 0.0f < q_3 && q_3 < p_4 ? q_3 : p_4;
-                const float r_4 = 0.0f < r_3 && r_3 < q_4 ? r_3 : q_4;
-                if (p_3 > 0.0f && q_3 > 0.0f && r_3 > 0.0f) {
+                const float smallest_2 = lh_min(lh_min(p_3, q_3), r_3);
+                if (smallest_2 > 0.0f) {
                     carry->sample.detected.acc_repeat.axes = 0;
                     carry->sample.detected.acc_repeat.time = 0.0f;
+                    carry->sample.detected.acc_repeat.step = lh_min(carry->sample.detected.acc_repeat.step,
+                        smallest_2);
                     carry->sample.detected.acc_repeat.last.x = acc_x_2;
                     carry->sample.detected.acc_repeat.last.y = acc_y_2;
                     carry->sample.detected.acc_repeat.last.z = acc_z_2;
                 } else {
+                    const float p_4 = 0.0f < p_3 && p_3 < carry->sample.detected.acc_repeat.step ? p_3
+                        : carry->sample.detected.acc_repeat.step;
+                    const float q_4 = 0.0f < q_3 && q_3 < p_4 ? q_3 : p_4;
+                    const float r_4 = 0.0f < r_3 && r_3 < q_4 ? r_3 : q_4;
                     if (!(lh_max(lh_max(p_3, q_3), r_3) < lh_max(DETECTORS_LEAST, DETECTORS_STEPS * r_4))) {
                         const int32_t same_2 = r_3 == 0.0f && acc_z_2 != 0.0f
                             ? (q_3 == 0.0f && acc_y_2 != 0.0f ? (p_3 == 0.0f && acc_x_2 != 0.0f ? 1 : 0) | 2
@@ -1716,14 +1721,15 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
                         carry->sample.detected.acc_repeat.last.y = acc_y_2;
                         carry->sample.detected.acc_repeat.last.z = acc_z_2;
                     }
+                    carry->sample.detected.acc_repeat.step = r_4;
                 }
-                carry->sample.detected.acc_repeat.step = r_4;
             }
             int32_t health_5;
             if (carry->sample.detected.acc_extreme.clipped) {
                 health_5 = health_3 | 64;
             } else {
-                health_5 = carry->sample.detected.acc_repeat.time
+                health_5 = carry->sample.detected.acc_repeat.time > 0.0f
+                    && carry->sample.detected.acc_repeat.time
                     + number_3 >= lh_max(DETECTORS_STUCK_SECONDS, DETECTORS_STUCK_SAMPLES * dt)
                     ? health_3 | 256 : health_3;
             }
@@ -2959,9 +2965,13 @@ void lh_mahony_reset(lh_mahony *filter)
 /* Readings in the axes of the body: its x (forward), y (left), z (up) are the sensor's -y,x,z. */
 static void three(const float *v, float *to)
 {
-    to[0] = v ? -v[1] : 0.0f;
-    to[1] = v ? v[0] : 0.0f;
-    to[2] = v ? v[2] : 0.0f;
+    if (!v) {
+        to[0] = to[1] = to[2] = 0.0f;
+        return;
+    }
+    to[0] = -v[1];
+    to[1] = v[0];
+    to[2] = v[2];
 }
 
 lh_mahony_readings lh_mahony_corrected(const lh_mahony *filter, const float gyr_read[3],
