@@ -37,7 +37,7 @@ COURSE = NAV_BEFORE + 6  # rad by which heading was turned since the start, all 
 COURSE_KNOWN = COURSE + 1  # 1: the run starts with it
 FORWARD_SIZE = COURSE_KNOWN + 1
 
-# The record of each block, behind that of ``rts``, with F − 1 instead of F P
+# The record of each block, behind that of ``rts``, with 1 − F instead of F P
 BLOCK_F = rts.BLOCK_W
 BLOCK_LASTING = rts.BLOCK_SIZE
 BLOCK_TIME = BLOCK_LASTING + at.ROW  # s
