@@ -38,6 +38,7 @@ BEYOND = 4000.0 * DEGREE  # rad/s: the widest range of gyroscopes in use (data s
 RARE, IMPOSSIBLE = 0.01, 60.0  # share of rates beyond it that are spikes; penalty of what leaves more of them there
 CLEAR, LONG = 5.0, 3  # contrast below which segments LONG times as long are looked at: their velocities stay as small
 CANDIDATES = 3  # wirings that are fitted
+LIKELY = 6  # turns that are tried with a whole fit of what M does not explain
 UNLIKE = 0.3  # by which a number of M is off the identity's, from which other starts are tried
 SEARCHED = 12  # segments on which they are
 SCALES = (0.5, 2.0)  # that are tried besides the wirings
@@ -133,10 +134,14 @@ def _screened(seg: Segments) -> list[Array]:
 
 
 def _searched(seg: Segments) -> list[Array]:
-    """Starts by trial of each wiring and of the usual scales, where forces hide the turn within short spans."""
+    """Starts by trial of each wiring and of the usual scales, where forces hide the turn within short spans.
+
+    Two steps of a fit tell which turns are worth a whole one; a scale bends more, and gets it always.
+    """
     few = seg.choose(SEARCHED).split()
     askew = [_rotation(angle * axis) for axis in IDENTITY for angle in (-ASKEW, ASKEW)]
-    tried = [*WIRINGS, *askew, *(scale * IDENTITY for scale in (*SCALES, *UNITS))]
+    likely = sorted([*WIRINGS, *askew], key=lambda one: fit(few, one, NONE, steps=2).left)[:LIKELY]
+    tried = [*likely, *(scale * IDENTITY for scale in (*SCALES, *UNITS))]
     return sorted(tried, key=lambda one: fit(few, one, NONE).left)[:CANDIDATES]
 
 

@@ -380,9 +380,15 @@ NONE: Array = np.zeros((0, 3, 3))
 
 
 def fit(
-    seg: Segments, matrix: Array, basis: Array = ALL_NINE, spread: float = 1.0, near: TurnMatrix | None = None
+    seg: Segments,
+    matrix: Array,
+    basis: Array = ALL_NINE,
+    spread: float = 1.0,
+    near: TurnMatrix | None = None,
+    steps: int = STEPS,
 ) -> TurnMatrix:
     """The M = ``matrix`` + Σ xᵢ ``basis``ᵢ that fits best; ``basis`` (p, 3, 3), ``spread`` 1σ of each x before it.
+    At most ``steps`` of Gauss and Newton.
 
     The other numbers begin at those of ``near``, or of the fit with M held: iron of several fields that begins at 0
     would pull M to where nothing turns.
@@ -399,7 +405,7 @@ def fit(
     best: tuple[float, Array, _State] | None = None
     gradient, hessian = np.zeros((m, len(prior))), np.zeros((m, len(prior), len(prior)))
     floor = (1e-4 * seg.size) ** 2
-    for _ in range(STEPS):
+    for _ in range(steps):
         state = _evaluate(seg, matrix + np.tensordot(x[:p], basis, 1), x[p : p + 3], x[p + 3 :])
         total = float(state.cost.mean())
         if best is not None and not total < best[0]:
