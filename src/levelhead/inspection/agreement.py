@@ -136,7 +136,7 @@ def _screened(seg: Segments) -> list[Array]:
 def _searched(seg: Segments) -> list[Array]:
     """Starts by trial of each wiring and of the usual scales, where forces hide the turn within short spans.
 
-    Two steps of a fit tell which turns are worth a whole one; a scale bends more, and gets it always.
+    Two steps of a fit choose the turns that get a whole one. A scale, which needs more steps, always gets it.
     """
     few = seg.choose(SEARCHED).split()
     askew = [_rotation(angle * axis) for axis in IDENTITY for angle in (-ASKEW, ASKEW)]

@@ -15,7 +15,7 @@ from math import sqrt
 
 from levelhead.compiler.mark import kernel, noinline
 from levelhead.filters.eskf import state as at
-from levelhead.filters.eskf.covariance import update_partial
+from levelhead.filters.eskf.covariance import clear, multiply_row, update_partial
 from levelhead.filters.eskf.params import ESKF
 from levelhead.kernels.arrays import Floats, add_scaled
 from levelhead.kernels.tilt import NO_LENGTH
@@ -46,10 +46,8 @@ def forget_known_field(m: Floats) -> None:
 @noinline
 def take_out(m: Floats, n: int, innovation: float, noise: float) -> None:
     """Takes the information of a scalar measurement with row h out of x and P; h is zero afterwards."""
-    for i in range(n):
-        m[at.U + i] = 0.0
-    for j in range(at.FIELD, at.FIELD + 2):
-        add_scaled(m, at.U, m[at.H + j], at.P + j * at.ROW, n)
+    clear(m, at.U, n)
+    multiply_row(m, at.U, at.FIELD, at.FIELD + 2, n)
     left = noise
     for j in range(at.FIELD, at.FIELD + 2):
         left -= m[at.H + j] * m[at.U + j]

@@ -2,6 +2,7 @@
 
 from levelhead.compiler.mark import kernel, noinline
 from levelhead.filters.eskf import state as at
+from levelhead.filters.eskf.covariance import clear
 from levelhead.kernels import mat3, tilt
 from levelhead.kernels.arrays import Floats
 from levelhead.kernels.mat3 import Mat3
@@ -119,7 +120,5 @@ def add_mag(m: Floats, r: Mat3, rate: Vec3, mag: Vec3, norm: float) -> None:
 @noinline
 def reset_block(m: Floats) -> None:
     """Sets the integrals of the block, and the correction x, to zero."""
-    for i in range(at.INT_R, at.SIZE):
-        m[i] = 0.0
-    for i in range(at.N):
-        m[at.X + i] = 0.0
+    clear(m, at.INT_R, at.SIZE - at.INT_R)
+    clear(m, at.X, at.N)
