@@ -12,6 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from levelhead.inspection.learned_turn import LearnedTurn, learn_turn
 from levelhead.recording import Array, Recording
 from levelhead.signals.turn_matrix import (
     ALL_NINE,
@@ -29,6 +30,8 @@ from levelhead.units import DEGREE
 
 FLOOR = 0.02  # 1σ of each number of M: scale errors of good sensors, and what no model has
 FOLLOWS = 0.6  # share of the turn that forces, or iron nearby, may mimic
+MIMICKED = 0.1  # the same for the filter, which averages over seconds
+CONTRARY = 25.0  # χ² of nine numbers, which one pair in 300 exceeds
 SETTLED = 0.03  # 1σ of each number of M beside the fault that was found
 AXIS_SPREAD = 0.3  # 1σ of the logarithm of one axis's scale beside the others'
 MIN_SCALE_SIGMAS = 4.0  # σ by which a scale must differ from 0: no turn has no scale
@@ -151,6 +154,21 @@ def _is_usual(start: Array) -> bool:
     return bool(np.allclose(start / scale, IDENTITY)) and 0.7 < scale < 1.4
 
 
+def _combine(seen: Seen, learned: LearnedTurn | None) -> Seen:
+    """With the M that the filter has learned, where the two do not contradict each other."""
+    if learned is None:
+        return seen
+    floor = FLOOR + MIMICKED / max(seen.contrast**2 - 1.0, 1e-3)
+    covariance = learned.covariance + floor**2 * np.eye(9)
+    off = (seen.fit.matrix - learned.matrix).ravel()
+    if off @ np.linalg.solve(covariance + np.linalg.inv(seen.weight), off) > CONTRARY:
+        return seen
+    own = np.linalg.inv(covariance)
+    total = np.asarray(np.linalg.inv(own + seen.weight), dtype=np.float64)
+    matrix = (seen.fit.matrix.ravel() - total @ own @ off).reshape(3, 3)
+    return seen._replace(fit=seen.fit._replace(matrix=matrix, covariance=total), weight=own + seen.weight)
+
+
 def settle(seen: Seen, fault: "Hypothesis | None") -> Seen:
     """Fitted again near the M that the fault explains, so that the rest (delay, bias, iron) is known better."""
     matrix = IDENTITY if fault is None else seen.fit.matrix
@@ -256,7 +274,7 @@ def _scales(seen: Sequence[Seen], fastest: float) -> Iterator[Hypothesis]:
         chi, x, covariance = _minimum(shifted, direction[None])
         matrix = IDENTITY + (float(x[0]) - 1.0) * direction
         if x[0] > MIN_SCALE_SIGMAS * covariance[0, 0] ** 0.5:
-            penalty = 9.0 + (math.log(float(x[0])) / AXIS_SPREAD) ** 2
+            penalty = 16.0 + (math.log(float(x[0])) / AXIS_SPREAD) ** 2
             yield Hypothesis("axis_scale", "gyr", matrix, chi, penalty, float(covariance[0, 0] ** 0.5))
 
 
@@ -349,6 +367,8 @@ def agree(recording: Recording, most: int = MAX_SEGMENTS) -> Agreement:
             other = seen[-1] if long is None else look(role, long)
             if other.contrast > seen[-1].contrast:
                 seen[-1] = other._replace(segments=seg)
+        if role == "acc":
+            seen[-1] = _combine(seen[-1], learn_turn(recording))
     if not seen:
         return Agreement((), (), 1.0)
     rates = np.linalg.norm(recording.gyr[:: 1 + len(recording) // MAX_ROWS], axis=1)

@@ -50,6 +50,12 @@ def estimates(params: Params, m: Floats, norm: float) -> dict[str, Estimate]:
     return found
 
 
+def covariance_of(m: Floats, first: int, size: int) -> list[list[float]]:
+    """The covariance of so many states from ``first`` on."""
+    places = range(first, first + size)
+    return [[float(m[at.P + min(i, j) * at.ROW + max(i, j)]) for j in places] for i in places]
+
+
 def field_estimate(m: Floats, norm: float) -> Estimate:
     """Horizontal and upward strength of the field of the surroundings, µT."""
     x, y, z = (float(m[at.MEAN + at.FIELD + i]) for i in range(3))
