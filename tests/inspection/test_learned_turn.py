@@ -107,3 +107,12 @@ def test_a_tenth_too_much_is_named_on_a_walk(data_dir: Path, factor: float) -> N
     fault = agree(replace(recording, gyr=factor * recording.gyr)).fault
     assert fault is not None and fault.kind == "scale"
     assert 1.0 / fault.matrix[0, 0] == pytest.approx(factor, rel=0.04)
+
+
+def test_readings_without_a_number_teach_nothing_wrong() -> None:
+    recording = tumble()
+    holes = recording.gyr.copy()
+    holes[500:600] = np.nan
+    for gyr in (holes, np.full_like(holes, np.nan), 1e6 * recording.gyr):
+        found = learn_turn(replace(recording, gyr=gyr))
+        assert found is None or (np.isfinite(found.matrix).all() and np.isfinite(found.covariance).all())

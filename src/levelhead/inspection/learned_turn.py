@@ -24,7 +24,7 @@ START = 0.2  # 1σ of a number of S before a run
 LINEAR = 0.3  # largest number of S for which the first order of the filter holds
 USUAL = ESKF(scale_start=START, scale_walk=0.0)
 TIMES = 5.0  # the usual density of the velocity
-MOVED = 2.0  # times as much as M moves with the density, 1σ: forces may mimic more than a second density shows
+MOVED = 2.0  # 1σ of what forces mimic, in changes of M between the two densities
 LOOSE = USUAL._replace(
     velocity_density=TIMES * USUAL.velocity_density, max_velocity_density=TIMES * USUAL.max_velocity_density
 )
@@ -50,9 +50,12 @@ def learn_turn(recording: Recording) -> LearnedTurn | None:
             return None
         known = np.eye(3) - first.mean.reshape(3, 3)
         better = replace(plain, gyr=plain.gyr @ known.T)
-        usual, loose = (_run(better, params).without_prior() for params in (USUAL, LOOSE))
+        runs = [_run(better, params) for params in (USUAL, LOOSE)]
     except LevelheadError:
         return None
+    if not np.isfinite([one.mean for one in runs]).all():
+        return None
+    usual, loose = (one.without_prior() for one in runs)
     if not usual.is_near:
         return None
     moved = MOVED * (usual.mean - loose.mean)
