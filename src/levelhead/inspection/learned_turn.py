@@ -23,7 +23,7 @@ ROWS = 60_000  # samples, at most: some 0.1 s
 START = 0.2  # 1σ of a number of S before a run
 LINEAR = 0.3  # largest number of S for which the first order of the filter holds
 USUAL = ESKF(scale_start=START, scale_walk=0.0)
-TIMES = 5.0  # the usual density of the velocity
+TIMES = 5.0  # by which the density of the velocity is larger in the second run
 MOVED = 2.0  # 1σ of what forces mimic, in changes of M between the two densities
 LOOSE = USUAL._replace(
     velocity_density=TIMES * USUAL.velocity_density, max_velocity_density=TIMES * USUAL.max_velocity_density
@@ -40,8 +40,9 @@ class LearnedTurn(NamedTuple):
 def learn_turn(recording: Recording) -> LearnedTurn | None:
     """M of gyroscope and accelerometer, from the start of a recording.
 
-    A first run finds M about, and two more begin there. None where M is too far from 1 for the filter, and where there
-    is no native engine: the others would take longer than the rest of the inspection.
+    A first run finds M roughly, K. The two runs that differ in density start from it: M = (1 − S) K. The covariance is
+    that of S: K is near 1. None where M is too far from 1 for the filter, and where there is no native engine: the
+    others would take longer than the rest of the inspection.
     """
     plain = replace(recording[:ROWS], mag=None)
     try:
