@@ -111,6 +111,8 @@ def test_the_command_line(clean: Recording, tmp_path, capsys) -> None:
     assert main(["doctor", str(tmp_path / "missing.csv")]) == 2
     capsys.readouterr()
     assert main(["doctor", str(tmp_path / "log.csv"), "--fix", "-o", str(tmp_path / "mended.parquet")]) == 1
+    last = capsys.readouterr().out.splitlines()[-2:]
+    assert last[0].startswith("mended: gravity turns against the gyroscope") and last[1].startswith("written: ")
     mended = lh.read(tmp_path / "mended.parquet")
     np.testing.assert_allclose(mended.gyr, clean.gyr, rtol=1e-12)
     assert main(["doctor", str(tmp_path / "log.csv"), "--picture", str(tmp_path / "log.png")]) == 1

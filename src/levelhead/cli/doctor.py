@@ -46,9 +46,9 @@ def doctor(
     if fix and out is not None and reports[0].recording is not None:
         from levelhead.inspection.repair import write_repaired
 
-        write_repaired(reports[0], out)
+        changes = write_repaired(reports[0], out)
         if not json:
-            print_line(f"written: {out}")
+            print_line("\n".join([*changes, f"written: {out}"]))
     if picture is not None and reports[0].recording is not None:
         from levelhead.publish.plots.doctor import doctor_picture
 

@@ -18,8 +18,8 @@ BETTER = 1.15  # times less that must be left, for a change
 SAME = 0.15  # by which the mends of a half and of the whole may differ
 
 
-def write_repaired(report: Report, path: Path) -> None:
-    """Writes a report's recording with what can be mended mended.
+def write_repaired(report: Report, path: Path) -> list[str]:
+    """Writes a report's recording with what can be mended mended, and returns the sentences of ``repair``.
 
     The reader's repairs (stamps, units, signs, columns) are in the recording already. Columns are t [s],
     gyr [rad/s], acc [m/s²], mag [µT]; the metadata "levelhead" holds the findings, the reader's notes and the changes
@@ -43,28 +43,33 @@ def write_repaired(report: Report, path: Path) -> None:
         sensors.append(("mag", "relative" if relative else "µT", recording.mag))
     for name, unit, values in sensors:
         columns |= {f"{name}_{axis} [{unit}]": np.asarray(values[:, i]) for i, axis in enumerate("xyz")}
-    facts = {"changes": changes, **{key: value for key, value in report.to_dict().items() if key != "samples"}}
+    notes = [str(note) for note in report.recording.meta.get("notes", ())]
+    facts = {key: value for key, value in report.to_dict().items() if key != "samples"}
+    facts = {"changes": [*notes, *changes], **facts}
     table = pa.table(columns).replace_schema_metadata({"levelhead": json.dumps(facts, ensure_ascii=False, default=str)})
     with atomic_path(path) as temporary:
         pq.write_table(table, temporary)
+    return changes
 
 
 def repair(report: Report) -> tuple[Recording, list[str]]:
-    """The recording, mended, and what was changed, in sentences.
+    """The recording, mended, and what was changed or not, in sentences.
 
     Signs, axes, scales, delays and iron are mended where it is proved: each half of the recording shows the fault, and
     its mend leaves less in the other half, on which nothing was fitted.
     """
     recording = report.recording
     assert recording is not None
-    changes = [str(note) for note in recording.meta.get("notes", ())]
+    changes = []
     for one in report.findings:
         mend = one.mend
         if mend is None or not mend.sole:
             continue
         better = _gain(recording, mend)
         if better is None or better < BETTER:
-            proof = "the recording is too short to prove it" if better is None else f"by {better:.2f} times only"
+            proof = "the recording is too short to prove it"
+            if better is not None:
+                proof = f"found in one half, it leaves {better:.2f} times less in the other; expected {BETTER}"
             changes.append(f"not mended: {one.what} ({proof})")
             continue
         recording = mend.apply(recording)
