@@ -29,8 +29,8 @@ from levelhead.kernels.tilt import GAP_SECONDS, TURN, is_present
 from levelhead.kernels.vec3 import ZERO, Vec3, add, dot, scale, sub
 from levelhead.units import DEGREE
 
-READING_LIMIT = 1e9  # rad/s, m/s², µT: beyond it a reading is missing; NaN and infinity fail the comparison too
-SQUARE_LIMIT = READING_LIMIT * READING_LIMIT  # a sum of squares below it contains no missing reading
+READING_LIMIT = 1e9  # rad/s, m/s², µT: a longer reading is missing; NaN and infinity fail the comparison too
+SQUARE_LIMIT = READING_LIMIT * READING_LIMIT
 RATE_UNUSABLE = GYR_MISSING | GYR_SATURATED | GYR_STUCK  # the rate is not the body's
 LEAST_ROTATION = 5.5 * DEGREE  # rad, 1σ of an unmeasured rotation from which the filter's covariance is inflated
 INTERVALS = 16.0  # over which the usual interval is averaged
@@ -80,28 +80,19 @@ NO_SAMPLE = ConditionedSample(
 
 
 @kernel
-def missing(v: Vec3) -> bool:
-    """Whether a component of a reading is NaN, infinite or beyond ``READING_LIMIT``."""
-    x, y, z = v
-    return not (
-        -READING_LIMIT < x < READING_LIMIT and -READING_LIMIT < y < READING_LIMIT and -READING_LIMIT < z < READING_LIMIT
-    )
-
-
-@kernel
 def missing_bits(gyr: Vec3, acc: Vec3, mag: Vec3) -> int:
     """Health bits of the readings that are missing."""
-    x, y, z = gyr
-    a, b, c = acc
-    u, v, w = mag
-    if (x * x + y * y + z * z) + (a * a + b * b + c * c) + (u * u + v * v + w * w) < SQUARE_LIMIT:
+    rate2 = dot(gyr, gyr)
+    force2 = dot(acc, acc)
+    field2 = dot(mag, mag)
+    if rate2 + force2 + field2 < SQUARE_LIMIT:
         return 0
     health = 0
-    if missing(gyr):
+    if not rate2 < SQUARE_LIMIT:
         health = GYR_MISSING
-    if missing(acc):
+    if not force2 < SQUARE_LIMIT:
         health |= ACC_MISSING
-    if missing(mag):
+    if not field2 < SQUARE_LIMIT:
         health |= MAG_MISSING
     return health
 
@@ -151,18 +142,21 @@ class UnmeasuredRotation(NamedTuple):
 ALL_MEASURED = UnmeasuredRotation(0.0, 0.0)
 
 
+class Interval(NamedTuple):
+    """The time between two samples."""
+
+    usual: float  # s, the mean; one that is longer than twice as long counts as twice as long
+    lost: float  # s of it for which samples were lost: all beyond the usual one, where that is at least another
+
+
 @kernel
-def usual_interval(usual: float, dt: float) -> float:
-    """s, the mean interval; one that is longer than twice as long counts as twice as long."""
+def update_interval(usual: float, dt: float) -> Interval:
+    """After ``dt`` seconds; ``usual`` is 0 before the first."""
+    if not has_elapsed(dt, usual, 2.0 * usual):
+        return Interval(usual + (dt - usual) / INTERVALS, 0.0)
     if usual == 0.0:
-        return dt
-    return usual + (min(dt, 2.0 * usual) - usual) / INTERVALS
-
-
-@kernel
-def lost_time(usual: float, dt: float) -> float:
-    """s of an interval for which samples were lost: all beyond the usual one, where that is at least another."""
-    return dt - usual if has_elapsed(dt, usual, 2.0 * usual) and usual > 0.0 else 0.0
+        return Interval(dt, 0.0)
+    return Interval(usual + (min(dt, 2.0 * usual) - usual) / INTERVALS, dt - usual)
 
 
 @kernel
@@ -256,7 +250,7 @@ def measure_rate(
         unmeasured = unmeasured_angle(rate, before.time)
         rate_age = rate.time
         gyr = add(gyr, mean_beyond(rate, dt))
-    elif dt <= GAP_SECONDS and health & RATE_UNUSABLE == 0:
+    elif health & (RATE_UNUSABLE | GAP) == 0:
         if lost > 0.0:
             unmeasured = lost_variance(before.last, gyr, lost)
         gyr = detectors.interval_rate(before.last, gyr, lost, dt)
@@ -277,7 +271,6 @@ def sensors_since_sigma(sample: ConditionedSample, acc: Vec3, mag: Vec3) -> int:
 @kernel
 def condition(guard: Guard, sample: ConditionedSample, gyr: Vec3, acc: Vec3, mag: Vec3, dt: float) -> ConditionedSample:
     """The next sample, conditioned; ``sample`` is the one before."""
-    usual = sample.interval
     health = missing_bits(gyr, acc, mag)
     if health != 0:
         gyr = sample.rate.last if health & GYR_MISSING else gyr
@@ -286,7 +279,7 @@ def condition(guard: Guard, sample: ConditionedSample, gyr: Vec3, acc: Vec3, mag
     if not sample.started:
         return first_sample(gyr, acc, mag, health)
     rate_lost = health & GYR_MISSING != 0 and has_elapsed(sample.rate_age, dt, GAP_SECONDS)
-    lost = lost_time(usual, dt)
+    usual, lost = update_interval(sample.interval, dt)
     detected = detectors.detect(guard, sample.detected, gyr, acc, health, rate_lost, lost > 0.0, dt)
     if health & GYR_MISSING == 0:
         gyr = detectors.accepted_rate(detected, gyr)
@@ -304,13 +297,13 @@ def condition(guard: Guard, sample: ConditionedSample, gyr: Vec3, acc: Vec3, mag
     since_sigma = (0.0 if sigma_due(sample) else sample.since_sigma) + dt
     corrected_by = sensors_since_sigma(sample, acc, mag)
     had_field = sample.had_field or is_present(sample.mag)
-    rate_unknown = rate_lost or dt > GAP_SECONDS
+    rate_unknown = rate_lost or health & GAP != 0
     return ConditionedSample(  # without control flow between so many keywords, which Numba cannot take apart
         gyr=measured.gyr,
         acc=acc,
         mag=mag,
         dt=dt,
-        interval=usual_interval(usual, dt),
+        interval=usual,
         health=health,
         had_field=had_field,
         started=True,

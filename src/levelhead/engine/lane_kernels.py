@@ -16,6 +16,7 @@ from levelhead.guard import Guard
 from levelhead.kernels import quat, vector_error
 from levelhead.kernels.arrays import Floats
 from levelhead.kernels.quat import Quat
+from levelhead.kernels.trig import SinCos
 from levelhead.kernels.vec3 import ZERO, Vec3
 
 
@@ -93,9 +94,15 @@ sink: SinkHooks = declare(SinkHooks)
 
 
 @kernel
-def not_a_number(angle: float) -> float:
-    """In place of a sine or cosine that is hardly ever needed."""
+def not_a_number(excess: float) -> float:
+    """In place of a scale that is hardly ever needed."""
     return nan
+
+
+@kernel
+def no_sine(angle: float) -> SinCos:
+    """In place of a sine and a cosine that are hardly ever needed."""
+    return SinCos(nan, nan)
 
 
 @kernel
@@ -105,8 +112,7 @@ def no_direction(expected: Vec3, x: float, y: float, z: float) -> Vec3:
 
 
 RARE = (
-    (quat.cos_half, with_globals(quat.cos_half, "short", cos=not_a_number)),
-    (quat.sinc_half, with_globals(quat.sinc_half, "short", sin=not_a_number)),
+    (quat.half_angle_far, with_globals(quat.half_angle_far, "short", sincos=no_sine)),
     (vector_error.unit_scale, not_a_number),
     (vector_error.obtuse_error, no_direction),
 )

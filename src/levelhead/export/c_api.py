@@ -35,9 +35,9 @@ MACHINES = (
 
 ROOTS: dict[str, dict[str, object]] = {  # of a number: its layout, and what a root in whole numbers is made with
     "double": {"f": "", "has_root": 8, "bits": "uint64_t", "whole": "int64_t", "width": 64, "fraction": 52,
-               "infinite": 2047, "middle": 1023, "lift": 10},
+               "infinite": 2047, "middle": 1023, "lift": 10, "vsqrt": '"vsqrt.f64 %P0, %P1" : "=w"(root) : "w"(x)'},
     "float": {"f": "f", "has_root": 4, "bits": "uint32_t", "whole": "int32_t", "width": 32, "fraction": 23,
-              "infinite": 255, "middle": 127, "lift": 7},
+              "infinite": 255, "middle": 127, "lift": 7, "vsqrt": '"vsqrt.f32 %0, %1" : "=t"(root) : "t"(x)'},
 }  # fmt: skip
 ANY_FILTER = "lh_filter"  # the name of every filter, where a program asks for it
 

@@ -27,7 +27,7 @@ from levelhead.filters.contract import AxisFilter, Filter, Gains, Inflation, Out
 from levelhead.filters.parameters import Derived, Param, nonnegative, parameters
 from levelhead.kernels import quat, slerp, triad
 from levelhead.kernels.angle import blend, wrap
-from levelhead.kernels.lowpass import AGE_LIMIT, advance_age, inflate_age, lowpass_weight
+from levelhead.kernels.lowpass import STEADY_AGE, advance_age, inflate_age, lowpass_weight
 from levelhead.kernels.quat import Quat
 from levelhead.kernels.tilt import is_present
 from levelhead.kernels.vec3 import ZERO, Vec3, norm
@@ -152,7 +152,7 @@ def trust_time(params: Complementary, acc: Vec3) -> float:
 @kernel
 def init(params: Complementary, gyr: Vec3, acc: Vec3, mag: Vec3) -> State:
     """Tilt and heading of the first sample."""
-    return State(triad.initial_attitude(acc, mag), AGE_LIMIT, 0.0 if is_present(mag) else NEVER)
+    return State(triad.initial_attitude(acc, mag), STEADY_AGE, 0.0 if is_present(mag) else NEVER)
 
 
 @kernel

@@ -73,7 +73,9 @@ def update_bias(params: Mahony, bias: Vec3, tilt_error: Vec3, yaw_error: Vec3, a
         x -= step * px
         y -= step * py
         z -= step * pz
-    return Vec3(max(-limit, min(x, limit)), max(-limit, min(y, limit)), max(-limit, min(z, limit)))
+    if x * x + y * y + z * z > limit * limit:  # one of them may be beyond
+        return Vec3(max(-limit, min(x, limit)), max(-limit, min(y, limit)), max(-limit, min(z, limit)))
+    return Vec3(x, y, z)
 
 
 @kernel

@@ -4,7 +4,7 @@ from levelhead.compiler.mark import kernel
 from levelhead.kernels.tilt import GAP_SECONDS
 
 DIRECTION_DENSITY = 0.03  # rad²·s, of a direction: 2 τ s of a field that iron turns by 5° (1σ) for 2 s
-AGE_LIMIT = 1e6  # s: beyond this age the weight no longer depends on it
+STEADY_AGE = 1e6  # s: of a filter whose weights no longer depend on its age
 
 
 @kernel
@@ -12,7 +12,7 @@ def advance_age(age: float, dt: float) -> float:
     """Seconds for which the attitude has been tracked without a gap; 0 after a gap."""
     if dt > GAP_SECONDS:
         return 0.0
-    return min(age + dt, AGE_LIMIT)
+    return age + dt
 
 
 @kernel

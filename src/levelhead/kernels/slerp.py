@@ -36,9 +36,8 @@ def level(attitude: Quat, acc: Vec3, share: float) -> Quat:
     else:
         return attitude
     turn = share * angle
-    square = 0.25 * turn * turn
-    c = quat.cos_half(square)
-    size = quat.sinc_half(square) * (share / across * angle)
+    size, c = quat.half_angle(0.25 * turn * turn)
+    size *= share / across * angle
     a = size * fy
     b = -size * fx
     w, x, y, z = attitude

@@ -89,12 +89,10 @@ def add_roll_pitch(attitude: Quat, axis: Vec3, roll: float, pitch: float) -> Qua
 
     ``axis`` is ``pitch_axis``; the two turns are multiplied out.
     """
-    square = 0.25 * roll * roll
-    cr = quat.cos_half(square)
-    sr = quat.sinc_half(square) * roll
-    square = 0.25 * pitch * pitch
-    cp = quat.cos_half(square)
-    sp = quat.sinc_half(square) * pitch
+    sr, cr = quat.half_angle(0.25 * roll * roll)
+    sp, cp = quat.half_angle(0.25 * pitch * pitch)
+    sr *= roll
+    sp *= pitch
     y = sp * axis.y
     z = sp * axis.z
     return quat.compose(attitude, Quat(cp * cr, cp * sr, y * cr + z * sr, z * cr - y * sr))
@@ -104,9 +102,8 @@ def add_roll_pitch(attitude: Quat, axis: Vec3, roll: float, pitch: float) -> Qua
 def add_yaw(attitude: Quat, yaw: float) -> Quat:
     """The attitude turned about the vertical: exp(δψ (0, 0, 1)) ⊗ q, multiplied out."""
     w, x, y, z = attitude
-    square = 0.25 * yaw * yaw
-    c = quat.cos_half(square)
-    s = quat.sinc_half(square) * yaw
+    s, c = quat.half_angle(0.25 * yaw * yaw)
+    s *= yaw
     return quat.unit(c * w - s * z, c * x - s * y, c * y + s * x, c * z + s * w)
 
 

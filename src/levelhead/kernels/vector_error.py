@@ -13,7 +13,6 @@ from levelhead.kernels.quat import Quat
 from levelhead.kernels.vec3 import SHORTEST, ZERO, Vec3, normalize
 
 NO_AXIS = 1e-9  # sine below which opposite directions leave the axis of rotation undetermined
-SHORT = 1e-6  # (angle/2)⁴ up to which a short series is exact to the last bit or two
 NEAR_UNIT = 1e-5  # |q|² − 1 up to which a series is exact to 1e-15
 
 
@@ -55,17 +54,8 @@ def perpendicular(v: Vec3) -> Vec3:
 
 @kernel
 def rotate(q: Quat, x: float, y: float, z: float) -> Quat:
-    """q ⊗ exp(v) with v = (x, y, z) rad, of unit length to rounding; ``correct`` keeps the rounding from piling up.
-
-    From one sample to the next a body seldom turns by more than 0.06 rad; up to there series half as long as those of
-    ``quat.exp`` are exact to the last bit or two. Every filter waits for this before it can correct.
-    """
-    square = 0.25 * (x * x + y * y + z * z)
-    fourth = square * square
-    if fourth > SHORT:
-        return quat.multiply(q, quat.exp(Vec3(x, y, z)))
-    s = (0.5 - square * (1.0 / 12.0)) + fourth * (1.0 / 240.0 - square * (1.0 / 10080.0))
-    c = (1.0 - square * 0.5) + fourth * (1.0 / 24.0 - square * (1.0 / 720.0))
+    """q ⊗ exp(v) with v = (x, y, z) rad, of unit length to rounding; ``correct`` keeps the rounding from piling up."""
+    s, c = quat.half_angle(0.25 * (x * x + y * y + z * z))
     x *= s
     y *= s
     z *= s

@@ -1,6 +1,18 @@
+#if defined(__GNUC__) && defined(__arm__) && defined(__ARM_FP) && (__ARM_FP & $has_root)
+/* The instruction itself: gcc takes sqrt$f for a function that may set errno, and keeps a call of it beside. */
+static inline __attribute__((always_inline)) $real lh_root($real x)
+{
+    $real root;
+    __asm__($vsqrt);
+    return root;
+}
+#define LH_ROOT(x) lh_root(x)
+#endif
+
 #if defined(LH_FREESTANDING)
 /* No C library: what it would give, rounded as IEEE 754 asks. */
-#if defined(__wasm__) || defined(__SSE2__) || (defined(__ARM_FP) && (__ARM_FP & $has_root))
+#if defined(LH_ROOT)
+#elif defined(__wasm__) || defined(__SSE2__) || (defined(__ARM_FP) && (__ARM_FP & $has_root))
 #define LH_ROOT(x) __builtin_sqrt$f(x)
 #else
 static $real lh_root($real x)
@@ -38,9 +50,11 @@ static $real lh_root($real x)
 }
 #define LH_ROOT(x) lh_root(x)
 #endif
-#define sqrt$f(x) LH_ROOT(x)
 #define fabs$f(x) __builtin_fabs$f(x)
 #define floor$f(x) (($real)($whole)(x) - ($real)((x) < ($real)($whole)(x)))
 #else
 #include <math.h>
+#endif
+#if defined(LH_ROOT)
+#define sqrt$f(x) LH_ROOT(x)
 #endif

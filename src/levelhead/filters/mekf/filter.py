@@ -9,7 +9,7 @@ from levelhead.filters.health import ACC_REJECTED, MAG_REJECTED
 from levelhead.filters.mekf.covariance import Correction, Cov, across_gap, diagonal, inflate_attitude, predict
 from levelhead.filters.mekf.measurements import NO_SAMPLES, Sums, add_sample, lowpass_force, update_heading, update_tilt
 from levelhead.filters.mekf.params import EKF
-from levelhead.kernels import quat, tilt, triad
+from levelhead.kernels import quat, tilt, triad, vector_error
 from levelhead.kernels.elapsed import has_elapsed
 from levelhead.kernels.lowpass import advance_age
 from levelhead.kernels.quat import Quat
@@ -76,7 +76,7 @@ def step(params: EKF, state: State, gyr: Vec3, acc: Vec3, mag: Vec3, dt: float) 
     acc_rejected, mag_rejected, health = state.acc_rejected, state.mag_rejected, state.health
     x, y, z = gyr
     a, b, c = bias
-    attitude = quat.integrate(attitude, Vec3(x - a, y - b, z - c), dt)
+    attitude = vector_error.rotate(attitude, (x - a) * dt, (y - b) * dt, (z - c) * dt)
     age = advance_age(age, dt)
     sums = add_sample(sums, attitude, gyr, acc, mag, dt)
     if tilt.is_present(acc):

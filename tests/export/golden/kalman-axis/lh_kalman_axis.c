@@ -6,9 +6,21 @@
  */
 #include "lh_kalman_axis.h"
 
+#if defined(__GNUC__) && defined(__arm__) && defined(__ARM_FP) && (__ARM_FP & 8)
+/* The instruction itself: gcc takes sqrt for a function that may set errno, and keeps a call of it beside. */
+static inline __attribute__((always_inline)) double lh_root(double x)
+{
+    double root;
+    __asm__("vsqrt.f64 %P0, %P1" : "=w"(root) : "w"(x));
+    return root;
+}
+#define LH_ROOT(x) lh_root(x)
+#endif
+
 #if defined(LH_FREESTANDING)
 /* No C library: what it would give, rounded as IEEE 754 asks. */
-#if defined(__wasm__) || defined(__SSE2__) || (defined(__ARM_FP) && (__ARM_FP & 8))
+#if defined(LH_ROOT)
+#elif defined(__wasm__) || defined(__SSE2__) || (defined(__ARM_FP) && (__ARM_FP & 8))
 #define LH_ROOT(x) __builtin_sqrt(x)
 #else
 static double lh_root(double x)
@@ -46,11 +58,13 @@ static double lh_root(double x)
 }
 #define LH_ROOT(x) lh_root(x)
 #endif
-#define sqrt(x) LH_ROOT(x)
 #define fabs(x) __builtin_fabs(x)
 #define floor(x) ((double)(int64_t)(x) - (double)((x) < (double)(int64_t)(x)))
 #else
 #include <math.h>
+#endif
+#if defined(LH_ROOT)
+#define sqrt(x) LH_ROOT(x)
 #endif
 
 #if defined(__clang__)

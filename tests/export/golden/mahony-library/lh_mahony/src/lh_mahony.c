@@ -6,9 +6,21 @@
  */
 #include "lh_mahony.h"
 
+#if defined(__GNUC__) && defined(__arm__) && defined(__ARM_FP) && (__ARM_FP & 4)
+/* The instruction itself: gcc takes sqrtf for a function that may set errno, and keeps a call of it beside. */
+static inline __attribute__((always_inline)) float lh_root(float x)
+{
+    float root;
+    __asm__("vsqrt.f32 %0, %1" : "=t"(root) : "t"(x));
+    return root;
+}
+#define LH_ROOT(x) lh_root(x)
+#endif
+
 #if defined(LH_FREESTANDING)
 /* No C library: what it would give, rounded as IEEE 754 asks. */
-#if defined(__wasm__) || defined(__SSE2__) || (defined(__ARM_FP) && (__ARM_FP & 4))
+#if defined(LH_ROOT)
+#elif defined(__wasm__) || defined(__SSE2__) || (defined(__ARM_FP) && (__ARM_FP & 4))
 #define LH_ROOT(x) __builtin_sqrtf(x)
 #else
 static float lh_root(float x)
@@ -46,11 +58,13 @@ static float lh_root(float x)
 }
 #define LH_ROOT(x) lh_root(x)
 #endif
-#define sqrtf(x) LH_ROOT(x)
 #define fabsf(x) __builtin_fabsf(x)
 #define floorf(x) ((float)(int32_t)(x) - (float)((x) < (float)(int32_t)(x)))
 #else
 #include <math.h>
+#endif
+#if defined(LH_ROOT)
+#define sqrtf(x) LH_ROOT(x)
 #endif
 
 #if defined(__clang__)
@@ -109,11 +123,11 @@ typedef struct {
     float zz;
 } Mat3;
 
-/* Sine and cosine of one angle. */
+/* Sine and cosine of the half of an angle (rad), the sine as a share of the angle. */
 typedef struct {
-    float sin;
+    float sinc;
     float cos;
-} SinCos;
+} HalfAngle;
 
 
 /* Constants, each in the unit that stands behind it */
@@ -201,6 +215,10 @@ static const float IRON_MOST_SIGMA = 0.15f; /* of the field: 1σ of its level pa
 /* times the mean square, beyond which a pair counts by its size and no more by its square (Huber) */
 static const float IRON_USUAL = 4.0f;
 
+/* (angle/2)² up to which two terms behind the first are exact to the last bit or two */
+static const float QUAT_SHORT = 0.001f;
+static const float QUAT_SMALL = 0.01f; /* the same of three */
+
 static const float TRIG_TAN_22 = 0.41421357f; /* tan π/8 */
 static const float TRIG_TAN_67 = 2.4142137f; /* tan 3π/8 */
 /* π/4; its multiples up to 4 are exact, and above π by 2.8e-8 of themselves: */
@@ -213,10 +231,7 @@ static const float TRIG_HALF_PI_1 = 1.5703125f;
 static const float TRIG_HALF_PI_2 = 0.0004837513f;
 static const float TRIG_HALF_PI_3 = 7.54979e-08f;
 
-/* rad/s, m/s², µT: beyond it a reading is missing; NaN and infinity fail the comparison too */
-static const float CONDITIONING_READING_LIMIT = 1e9f;
-/* READING_LIMIT * READING_LIMIT: a sum of squares below it contains no missing reading */
-static const float CONDITIONING_SQUARE_LIMIT = 1e18f;
+static const float CONDITIONING_SQUARE_LIMIT = 1e18f; /* READING_LIMIT * READING_LIMIT */
 /* 5.5 * DEGREE: rad, 1σ of an unmeasured rotation from which the filter's covariance is inflated */
 static const float CONDITIONING_LEAST_ROTATION = 0.09599311f;
 static const float CONDITIONING_INTERVALS = 16.0f; /* over which the usual interval is averaged */
@@ -249,15 +264,10 @@ static const float RATE_NOISE_LEAST_SCALE = 1.7f;
 
 /* rad²·s, of a direction: 2 τ s of a field that iron turns by 5° (1σ) for 2 s */
 static const float LOWPASS_DIRECTION_DENSITY = 0.03f;
-static const float LOWPASS_AGE_LIMIT = 1e6f; /* s: beyond this age the weight no longer depends on it */
 
 /* sine below which opposite directions leave the axis of rotation undetermined */
 static const float VECTOR_ERROR_NO_AXIS = 1e-09f;
-/* (angle/2)⁴ up to which a short series is exact to the last bit or two */
-static const float VECTOR_ERROR_SHORT = 1e-06f;
 static const float VECTOR_ERROR_NEAR_UNIT = 1e-05f; /* |q|² − 1 up to which a series is exact to 1e-15 */
-
-static const float QUAT_SMALL = 0.01f; /* (angle/2)² below which series take over */
 
 /* cos² of the field's dip in middle Europe: the share of a heading error that the whole field shows */
 static const float DIRECTION_FILTER_DIP_SHARE = 0.2f;
@@ -1030,56 +1040,61 @@ static LH_RARE void iron_end_pair(const Guard *guard, MagOffset *iron, float up_
     iron->pair.time = 0.0f;
 }
 
-/* ---- trig
+/* ---- quat
  *
- * sin, cos and atan2 of nothing but + − × ÷ and comparisons: the same bits on every machine, whatever its libm.
- *
- * IEEE 754 defines the rounding of sums, products, quotients and roots, and not of sines: their last bit differs
- * between C libraries. Besides, a compiler cannot turn a call of a library into one for several lanes.
- *
- * Polynomials are economized Taylor series (Lanczos, Applied Analysis, 1956, chapter 7); tests/reference/economized.py
- * derives their coefficients in exact fractions. Errors are measured in tests/kernels/test_trig.py.
+ * Unit quaternions wxyz that rotate sensor-frame vectors into the earth frame: v_earth = q v q*.
  */
 
-/* sin x and cos x. Error below 3e-16 up to 10⁶ rad, below 2e-16·|x| up to 10⁹; never outside of ±1 there.
- *
- * With the whole number k nearest to x/(π/2), r = x − k π/2 lies within ±π/4 (Cody & Waite, Software Manual for the
- * Elementary Functions, 1980: π/2 in parts whose products with k are exact, up to k = 2²⁰), and
- *
- *     sin r = r (1 + u S(u)),   cos r = 1 − u/2 + u² C(u),   u = r²                                             (3)
- */
-static LH_CALLED SinCos trig_sincos(float x)
+/* half_angle beyond SHORT. */
+static LH_RARE HalfAngle quat_half_angle_far(float square)
 {
-    const float k = x * TRIG_TURNS + TRIG_ROUND - TRIG_ROUND;
-    const float r = x - k * TRIG_HALF_PI_1 - k * TRIG_HALF_PI_2 - k * TRIG_HALF_PI_3;
-    const float u = r * r;
-    const float s = r - r * (u
-        * (0.16666667f - u * (0.008333334f
-        - u * (0.0001984127f - u * (2.7557317e-06f - u * (2.5051133e-08f - u * 1.5918136e-10f))))));
-    const float c = 1.0f - u * (0.5f
-        - u * (0.041666668f - u * (0.0013888889f
-        - u * (2.4801588e-05f - u * (2.7557317e-07f - u * (2.0876145e-09f - u * 1.1382636e-11f))))));
-    const float quadrant = k - 4.0f * (0.25f * k + TRIG_ROUND - TRIG_ROUND);
-    float s_2;
-    float c_2;
-    if (quadrant == 0.0f) {
-        s_2 = s;
-        c_2 = c;
+    float number;
+    float c;
+    if (square < QUAT_SMALL) {
+        const float fourth = square * square;
+        number = 0.5f - square * (1.0f / 12.0f)
+            + fourth * (1.0f / 240.0f - square * (1.0f / 10080.0f) + fourth * (1.0f / 725760.0f));
+        c = 1.0f - 0.5f * square + fourth
+            * (1.0f / 24.0f - square * (1.0f / 720.0f) + fourth * (1.0f / 40320.0f));
     } else {
+        const float half = sqrtf(square);
+        /* trig.sincos: sin x and cos x. Error below 3e-16 up to 10⁶ rad, below 2e-16·|x| up to 10⁹; never
+         * outside of ±1 there.
+         */
+        const float k = half * TRIG_TURNS + TRIG_ROUND - TRIG_ROUND;
+        const float r = half - k * TRIG_HALF_PI_1 - k * TRIG_HALF_PI_2 - k * TRIG_HALF_PI_3;
+        const float u = r * r;
+        const float s = r - r * (u
+            * (0.16666667f - u * (0.008333334f
+            - u * (0.0001984127f - u * (2.7557317e-06f - u * (2.5051133e-08f - u * 1.5918136e-10f))))));
+        const float c_2 = 1.0f - u
+            * (0.5f - u * (0.041666668f
+            - u * (0.0013888889f - u * (2.4801588e-05f
+            - u * (2.7557317e-07f - u * (2.0876145e-09f - u * 1.1382636e-11f))))));
+        const float quadrant = k - 4.0f * (0.25f * k + TRIG_ROUND - TRIG_ROUND);
+        float s_2;
         float c_3;
-        float s_3;
-        if (quadrant == 1.0f) {
-            c_3 = c;
-            s_3 = -s;
+        if (quadrant == 0.0f) {
+            s_2 = s;
+            c_3 = c_2;
         } else {
-            const bool number = quadrant == -1.0f;
-            c_3 = number ? -c : -s;
-            s_3 = number ? s : -c;
+            float c_4;
+            float s_3;
+            if (quadrant == 1.0f) {
+                c_4 = c_2;
+                s_3 = -s;
+            } else {
+                const bool number_2 = quadrant == -1.0f;
+                c_4 = number_2 ? -c_2 : -s;
+                s_3 = number_2 ? s : -c_2;
+            }
+            s_2 = c_4;
+            c_3 = s_3;
         }
-        s_2 = c_3;
-        c_2 = s_3;
+        number = 0.5f * s_2 / half;
+        c = c_3;
     }
-    const SinCos found = {s_2, c_2};
+    const HalfAngle found = {number, c};
     return found;
 }
 
@@ -1101,27 +1116,20 @@ static LH_CALLED SinCos trig_sincos(float x)
 static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, float gyr_y, float gyr_z,
     float acc_x, float acc_y, float acc_z, float mag_x, float mag_y, float mag_z, float dt)
 {
-    /* conditioning.missing_bits: Health bits of the readings that are missing. */
-    const float number = gyr_x * gyr_x + gyr_y * gyr_y + gyr_z * gyr_z
-        + (acc_x * acc_x + acc_y * acc_y + acc_z * acc_z) + (mag_x * mag_x + mag_y * mag_y + mag_z * mag_z);
+    /* vec3.dot: a·b */
+    const float rate2 = gyr_x * gyr_x + gyr_y * gyr_y + gyr_z * gyr_z;
+    const float force2 = acc_x * acc_x + acc_y * acc_y + acc_z * acc_z;
+    const float field2 = mag_x * mag_x + mag_y * mag_y + mag_z * mag_z;
     int32_t health;
-    if (number < CONDITIONING_SQUARE_LIMIT) {
+    if (rate2 + force2 + field2 < CONDITIONING_SQUARE_LIMIT) {
         health = 0;
     } else {
-        /* conditioning.missing: Whether a component of a reading is NaN, infinite or beyond READING_LIMIT. */
-        const float number_2 = -CONDITIONING_READING_LIMIT;
-        const int32_t health_2 = !((number_2 < acc_x && acc_x < CONDITIONING_READING_LIMIT)
-            && (number_2 < acc_y && acc_y < CONDITIONING_READING_LIMIT)
-            && (number_2 < acc_z && acc_z < CONDITIONING_READING_LIMIT))
-            ? (!((number_2 < gyr_x && gyr_x < CONDITIONING_READING_LIMIT)
-            && (number_2 < gyr_y && gyr_y < CONDITIONING_READING_LIMIT)
-            && (number_2 < gyr_z && gyr_z < CONDITIONING_READING_LIMIT)) ? 1 : 0) | 2
-            : (!((number_2 < gyr_x && gyr_x < CONDITIONING_READING_LIMIT)
-            && (number_2 < gyr_y && gyr_y < CONDITIONING_READING_LIMIT)
-            && (number_2 < gyr_z && gyr_z < CONDITIONING_READING_LIMIT)) ? 1 : 0);
-        health = !((number_2 < mag_x && mag_x < CONDITIONING_READING_LIMIT)
-            && (number_2 < mag_y && mag_y < CONDITIONING_READING_LIMIT)
-            && (number_2 < mag_z && mag_z < CONDITIONING_READING_LIMIT)) ? health_2 | 4 : health_2;
+        const int32_t health_2 = !(field2 < CONDITIONING_SQUARE_LIMIT)
+            ? (!(force2 < CONDITIONING_SQUARE_LIMIT) ? (!(rate2 < CONDITIONING_SQUARE_LIMIT) ? 1 : 0) | 2
+            : (!(rate2 < CONDITIONING_SQUARE_LIMIT) ? 1 : 0)) | 4
+            : (!(force2 < CONDITIONING_SQUARE_LIMIT) ? (!(rate2 < CONDITIONING_SQUARE_LIMIT) ? 1 : 0) | 2
+            : (!(rate2 < CONDITIONING_SQUARE_LIMIT) ? 1 : 0));
+        health = health_2;
     }
     const float last_x = carry->sample.rate.last.x;
     const float last_y = carry->sample.rate.last.y;
@@ -1300,28 +1308,41 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
         const bool no_gyr = at != 0;
         /* elapsed.has_elapsed: Whether time (s), a sum of intervals of which the last was dt (s), has reached length (s).
          */
-        const float number_3 = ELAPSED_SLACK * dt;
-        const bool rate_lost = no_gyr && carry->sample.rate_age + number_3 >= TILT_GAP_SECONDS;
-        /* conditioning.lost_time: s of an interval for which samples were lost: all beyond the usual one,
-         * where that is at least another.
-         */
-        const float number_4 = 2.0f * carry->sample.interval;
-        const float lost = dt + ELAPSED_SLACK * carry->sample.interval >= number_4
-            && carry->sample.interval > 0.0f ? dt - carry->sample.interval : 0.0f;
+        const float number = ELAPSED_SLACK * dt;
+        const bool rate_lost = no_gyr && carry->sample.rate_age + number >= TILT_GAP_SECONDS;
+        const float interval = carry->sample.interval;
+        /* conditioning.update_interval: After dt seconds; usual is 0 before the first. */
+        const float number_2 = 2.0f * interval;
+        float lost;
+        if (!(dt + ELAPSED_SLACK * interval >= number_2)) {
+            carry->sample.interval = interval + (dt - interval) / CONDITIONING_INTERVALS;
+            lost = 0.0f;
+        } else {
+            float number_3;
+            if (interval == 0.0f) {
+                carry->sample.interval = dt;
+                number_3 = 0.0f;
+            } else {
+                carry->sample.interval = interval
+                    + (lh_min(dt, number_2) - interval) / CONDITIONING_INTERVALS;
+                number_3 = dt - interval;
+            }
+            lost = number_3;
+        }
         /* conditioning.condition: The next sample, conditioned; sample is the one before. */
-        const bool number_5 = lost > 0.0f;
+        const bool number_4 = lost > 0.0f;
         /* detectors.detect: The detectors after one sample (rad/s, m/s², dt s). */
         const bool no_acc = (health & 2) != 0;
-        const bool number_6 = !no_gyr;
+        const bool number_5 = !no_gyr;
         float last_x_4;
         float last_y_4;
         float last_z_4;
         int32_t at_2;
-        if (number_6) {
-            const float number_7 = settings->guard.gyr_range * UNITS_DEGREE;
-            const bool plausible = number_5
-                || (number_7 > 0.0f && lh_max(lh_max(fabsf(last_x_2), fabsf(last_y_2)),
-                fabsf(last_z_2)) >= DETECTORS_PLATEAU * number_7);
+        if (number_5) {
+            const float number_6 = settings->guard.gyr_range * UNITS_DEGREE;
+            const bool plausible = number_4
+                || (number_6 > 0.0f && lh_max(lh_max(fabsf(last_x_2), fabsf(last_y_2)),
+                fabsf(last_z_2)) >= DETECTORS_PLATEAU * number_6);
             const float force_x = carry->sample.detected.jump.force.x;
             const float force_y = carry->sample.detected.jump.force.y;
             const float force_z = carry->sample.detected.jump.force.z;
@@ -1331,46 +1352,46 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
                 carry->sample.detected.jump.force.z = acc_z_2;
             }
             /* vec3.sub: a − b */
-            const float number_8 = last_x_2 - carry->sample.detected.jump.rate.x;
-            const float number_9 = last_y_2 - carry->sample.detected.jump.rate.y;
-            const float number_10 = last_z_2 - carry->sample.detected.jump.rate.z;
+            const float number_7 = last_x_2 - carry->sample.detected.jump.rate.x;
+            const float number_8 = last_y_2 - carry->sample.detected.jump.rate.y;
+            const float number_9 = last_z_2 - carry->sample.detected.jump.rate.z;
             /* vec3.dot: a·b */
-            const float change2 = number_8 * number_8 + number_9 * number_9 + number_10 * number_10;
+            const float change2 = number_7 * number_7 + number_8 * number_8 + number_9 * number_9;
             /* vec3.sub: a − b */
-            const float number_11 = carry->sample.detected.jump.force.x - force_x;
-            const float number_12 = carry->sample.detected.jump.force.y - force_y;
-            const float number_13 = carry->sample.detected.jump.force.z - force_z;
+            const float number_10 = carry->sample.detected.jump.force.x - force_x;
+            const float number_11 = carry->sample.detected.jump.force.y - force_y;
+            const float number_12 = carry->sample.detected.jump.force.z - force_z;
             /* vec3.dot: a·b */
-            const float force2 = number_11 * number_11 + number_12 * number_12 + number_13 * number_13;
+            const float force2_2 = number_10 * number_10 + number_11 * number_11 + number_12 * number_12;
             int32_t spikes;
             if (carry->sample.detected.jump.held_time > 0.0f) {
                 const float held2 = carry->sample.detected.jump.held.x * carry->sample.detected.jump.held.x
                     + carry->sample.detected.jump.held.y * carry->sample.detected.jump.held.y
                     + carry->sample.detected.jump.held.z * carry->sample.detected.jump.held.z;
                 /* vec3.sub: a − b */
-                const float number_14 = number_8 - carry->sample.detected.jump.held.x;
-                const float number_15 = number_9 - carry->sample.detected.jump.held.y;
-                const float number_16 = number_10 - carry->sample.detected.jump.held.z;
+                const float number_13 = number_7 - carry->sample.detected.jump.held.x;
+                const float number_14 = number_8 - carry->sample.detected.jump.held.y;
+                const float number_15 = number_9 - carry->sample.detected.jump.held.z;
                 /* rate_jump.is_felt: Eq. 1: whether the accelerometer feels a change of the rate, from both
                  * changes squared ((rad/s)², (m/s²)²).
                  */
-                const float number_17 = force2 * dt * dt;
-                const float number_18 = RATE_JUMP_LEVER * RATE_JUMP_LEVER;
+                const float number_16 = force2_2 * dt * dt;
+                const float number_17 = RATE_JUMP_LEVER * RATE_JUMP_LEVER;
                 int32_t spikes_2;
-                if (number_14 * number_14 + number_15 * number_15 + number_16 * number_16 < change2
-                    || number_17 > number_18 * held2) {
+                if (number_13 * number_13 + number_14 * number_14 + number_15 * number_15 < change2
+                    || number_16 > number_17 * held2) {
                     /* rate_jump.update_jump: After a rate (rad/s) and a specific force (m/s²) that stand for dt seconds.
                      */
-                    const float number_19 = lh_min(carry->sample.detected.jump.held_time,
+                    const float number_18 = lh_min(carry->sample.detected.jump.held_time,
                         RATE_JUMP_MOST_RETURN * dt) / dt;
                     carry->sample.detected.jump.usual2 = lh_max(held2, carry->sample.detected.jump.usual2);
                     carry->sample.detected.jump.held_time = 0.0f;
                     carry->sample.detected.jump.rate.x = last_x_2;
                     carry->sample.detected.jump.rate.y = last_y_2;
                     carry->sample.detected.jump.rate.z = last_z_2;
-                    carry->sample.detected.jump.returned.x = carry->sample.detected.jump.held.x * number_19;
-                    carry->sample.detected.jump.returned.y = carry->sample.detected.jump.held.y * number_19;
-                    carry->sample.detected.jump.returned.z = carry->sample.detected.jump.held.z * number_19;
+                    carry->sample.detected.jump.returned.x = carry->sample.detected.jump.held.x * number_18;
+                    carry->sample.detected.jump.returned.y = carry->sample.detected.jump.held.y * number_18;
+                    carry->sample.detected.jump.returned.z = carry->sample.detected.jump.held.z * number_18;
                     spikes_2 = 0;
                 } else {
                     /* rate_jump.update_jump: After a rate (rad/s) and a specific force (m/s²) that stand for dt seconds.
@@ -1379,11 +1400,11 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
                     if (!plausible && spikes_3 < 3
                         && (change2 > RATE_JUMP_JUMP * RATE_JUMP_JUMP * carry->sample.detected.jump.usual2
                         && change2 * dt * dt > RATE_JUMP_JUMP_ANGLE * RATE_JUMP_JUMP_ANGLE)
-                        && !(number_17 > number_18 * change2)) {
+                        && !(number_16 > number_17 * change2)) {
                         carry->sample.detected.jump.held_time = dt;
-                        carry->sample.detected.jump.held.x = number_8;
-                        carry->sample.detected.jump.held.y = number_9;
-                        carry->sample.detected.jump.held.z = number_10;
+                        carry->sample.detected.jump.held.x = number_7;
+                        carry->sample.detected.jump.held.y = number_8;
+                        carry->sample.detected.jump.held.z = number_9;
                     } else {
                         carry->sample.detected.jump.usual2 = lh_max(change2,
                             carry->sample.detected.jump.usual2 * RATE_JUMP_USUAL_TIME
@@ -1403,11 +1424,11 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
                 if (!plausible && (change2 > RATE_JUMP_JUMP * RATE_JUMP_JUMP
                     * carry->sample.detected.jump.usual2
                     && change2 * dt * dt > RATE_JUMP_JUMP_ANGLE * RATE_JUMP_JUMP_ANGLE)
-                    && !(force2 * dt * dt > RATE_JUMP_LEVER * RATE_JUMP_LEVER * change2)) {
+                    && !(force2_2 * dt * dt > RATE_JUMP_LEVER * RATE_JUMP_LEVER * change2)) {
                     carry->sample.detected.jump.held_time = dt;
-                    carry->sample.detected.jump.held.x = number_8;
-                    carry->sample.detected.jump.held.y = number_9;
-                    carry->sample.detected.jump.held.z = number_10;
+                    carry->sample.detected.jump.held.x = number_7;
+                    carry->sample.detected.jump.held.y = number_8;
+                    carry->sample.detected.jump.held.z = number_9;
                 } else {
                     carry->sample.detected.jump.usual2 = lh_max(change2,
                         carry->sample.detected.jump.usual2 * RATE_JUMP_USUAL_TIME
@@ -1483,36 +1504,36 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
         /* rest.add_sample: Adds a sample (rad/s, m/s², dt s) to the interval, or begins the next one with it. */
         const float time = carry->sample.detected.sums.time + dt;
         /* vec3.add_scaled: a + s·b */
-        const float number_20 = gyr_x_3 + gyr_x_2 * dt;
-        const float number_21 = gyr_y_3 + gyr_y_2 * dt;
-        const float number_22 = gyr_z_3 + gyr_z_2 * dt;
-        const float number_23 = acc_x_5 + acc_x_4 * dt;
-        const float number_24 = acc_y_5 + acc_y_4 * dt;
-        const float number_25 = acc_z_5 + acc_z_4 * dt;
+        const float number_19 = gyr_x_3 + gyr_x_2 * dt;
+        const float number_20 = gyr_y_3 + gyr_y_2 * dt;
+        const float number_21 = gyr_z_3 + gyr_z_2 * dt;
+        const float number_22 = acc_x_5 + acc_x_4 * dt;
+        const float number_23 = acc_y_5 + acc_y_4 * dt;
+        const float number_24 = acc_z_5 + acc_z_4 * dt;
         /* elapsed.has_elapsed: Whether time (s), a sum of intervals of which the last was dt (s), has reached length (s).
          */
-        const bool number_26 = time + number_3 >= REST_INTERVAL;
-        if (number_26) {
+        const bool number_25 = time + number >= REST_INTERVAL;
+        if (number_25) {
             /* rest.update_means: The slow means after an interval; quiet if its averages are within rest_gyr
              * and rest_acc of them.
              */
             const float one = 1.0f / time;
             /* vec3.scale: s·a */
-            const float x = number_20 * one;
-            const float y = number_21 * one;
-            const float z = number_22 * one;
-            const float x_2 = number_23 * one;
-            const float y_2 = number_24 * one;
-            const float z_2 = number_25 * one;
+            const float x = number_19 * one;
+            const float y = number_20 * one;
+            const float z = number_21 * one;
+            const float x_2 = number_22 * one;
+            const float y_2 = number_23 * one;
+            const float z_2 = number_24 * one;
             if (time > TILT_GAP_SECONDS || rate_lost) {
                 carry->sample.detected.means.pace = 0.0f;
             } else {
                 /* rest.pace_of_rest: How many times nearer to the slow means the averages of an interval are
                  * than they have to be; 0: they are not.
                  */
-                const float rate2 = settings->guard.rest_gyr * settings->guard.rest_gyr
+                const float rate2_2 = settings->guard.rest_gyr * settings->guard.rest_gyr
                     * (UNITS_DEGREE * UNITS_DEGREE);
-                const float force2_2 = settings->guard.rest_acc * settings->guard.rest_acc;
+                const float force2_3 = settings->guard.rest_acc * settings->guard.rest_acc;
                 /* rest.distance2: |v − mean|² */
                 const float x_3 = x - carry->sample.detected.means.gyr.x;
                 const float y_3 = y - carry->sample.detected.means.gyr.y;
@@ -1522,11 +1543,11 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
                 const float y_4 = y_2 - carry->sample.detected.means.acc.y;
                 const float z_4 = z_2 - carry->sample.detected.means.acc.z;
                 const float push2 = x_4 * x_4 + y_4 * y_4 + z_4 * z_4;
-                if (turn2 >= rate2 || push2 >= force2_2) {
+                if (turn2 >= rate2_2 || push2 >= force2_3) {
                     carry->sample.detected.means.pace = 0.0f;
                 } else {
                     carry->sample.detected.means.pace = 1.0f
-                        / sqrtf(lh_max(lh_max(turn2 / rate2, push2 / force2_2),
+                        / sqrtf(lh_max(lh_max(turn2 / rate2_2, push2 / force2_3),
                         1.0f / (REST_FASTEST * REST_FASTEST)));
                 }
             }
@@ -1548,7 +1569,7 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
                 + weight * (z_2 - carry->sample.detected.means.acc.z);
         }
         int32_t health_3;
-        if (number_6) {
+        if (number_5) {
             detectors_update_extreme(&carry->sample.detected.gyr_extreme, last_x_4, last_y_4, last_z_4,
                 settings->guard.gyr_range * UNITS_DEGREE, dt);
             if (carry->sample.detected.gyr_repeat.step > DETECTORS_NO_STEP) {
@@ -1634,27 +1655,27 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
                 y_6 = 0.0f;
                 z_6 = 0.0f;
             } else {
+                float number_26;
                 float number_27;
                 float number_28;
-                float number_29;
-                if (!(carry->sample.detected.noise.time + number_3 >= RATE_NOISE_LEAST_TIME)) {
+                if (!(carry->sample.detected.noise.time + number >= RATE_NOISE_LEAST_TIME)) {
+                    number_26 = 0.0f;
                     number_27 = 0.0f;
                     number_28 = 0.0f;
-                    number_29 = 0.0f;
                 } else {
-                    number_27 = x_5 > RATE_NOISE_SMALL * change_x || fabsf(last_x_4) > RATE_NOISE_LEAST_SCALE
+                    number_26 = x_5 > RATE_NOISE_SMALL * change_x || fabsf(last_x_4) > RATE_NOISE_LEAST_SCALE
                         ? 0.0f : carry->sample.detected.noise.evidence.x
                         + carry->sample.detected.noise.share.x;
-                    number_28 = y_5 > RATE_NOISE_SMALL * change_y || fabsf(last_y_4) > RATE_NOISE_LEAST_SCALE
+                    number_27 = y_5 > RATE_NOISE_SMALL * change_y || fabsf(last_y_4) > RATE_NOISE_LEAST_SCALE
                         ? 0.0f : carry->sample.detected.noise.evidence.y
                         + carry->sample.detected.noise.share.y;
-                    number_29 = z_5 > RATE_NOISE_SMALL * change_z || fabsf(last_z_4) > RATE_NOISE_LEAST_SCALE
+                    number_28 = z_5 > RATE_NOISE_SMALL * change_z || fabsf(last_z_4) > RATE_NOISE_LEAST_SCALE
                         ? 0.0f : carry->sample.detected.noise.evidence.z
                         + carry->sample.detected.noise.share.z;
                 }
-                x_6 = number_27;
-                y_6 = number_28;
-                z_6 = number_29;
+                x_6 = number_26;
+                y_6 = number_27;
+                z_6 = number_28;
             }
             carry->sample.detected.noise.last.x = last_x_4;
             carry->sample.detected.noise.last.y = last_y_4;
@@ -1664,7 +1685,7 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
             carry->sample.detected.noise.evidence.z = z_6;
             health_3 = (carry->sample.detected.gyr_repeat.time > 0.0f
                 && carry->sample.detected.gyr_repeat.time
-                + number_3 >= lh_max(DETECTORS_STUCK_SECONDS, DETECTORS_STUCK_SAMPLES * dt))
+                + number >= lh_max(DETECTORS_STUCK_SECONDS, DETECTORS_STUCK_SAMPLES * dt))
                 || lh_max(lh_max(x_6, y_6), z_6) > RATE_NOISE_SURE
                 ? (carry->sample.detected.gyr_extreme.clipped ? at_2 | 32 : at_2) | 128
                 : (carry->sample.detected.gyr_extreme.clipped ? at_2 | 32 : at_2);
@@ -1730,8 +1751,8 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
             } else {
                 health_5 = carry->sample.detected.acc_repeat.time > 0.0f
                     && carry->sample.detected.acc_repeat.time
-                    + number_3 >= lh_max(DETECTORS_STUCK_SECONDS, DETECTORS_STUCK_SAMPLES * dt)
-                    ? health_3 | 256 : health_3;
+                    + number >= lh_max(DETECTORS_STUCK_SECONDS, DETECTORS_STUCK_SAMPLES * dt) ? health_3 | 256
+                    : health_3;
             }
             /* detectors.is_far_from_g: Whether the norm of a specific force (m/s²) is more than acc_gate from g. */
             const float square = acc_x_2 * acc_x_2 + acc_y_2 * acc_y_2 + acc_z_2 * acc_z_2;
@@ -1747,23 +1768,23 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
         float last_y_5;
         float last_z_5;
         if (at == 0) {
+            float number_29;
             float number_30;
             float number_31;
-            float number_32;
             if (lh_max(lh_max(carry->sample.detected.noise.evidence.x,
                 carry->sample.detected.noise.evidence.y),
                 carry->sample.detected.noise.evidence.z) > RATE_NOISE_SURE) {
+                number_29 = 0.0f;
                 number_30 = 0.0f;
                 number_31 = 0.0f;
-                number_32 = 0.0f;
             } else {
-                number_30 = carry->sample.detected.jump.rate.x + carry->sample.detected.jump.returned.x;
-                number_31 = carry->sample.detected.jump.rate.y + carry->sample.detected.jump.returned.y;
-                number_32 = carry->sample.detected.jump.rate.z + carry->sample.detected.jump.returned.z;
+                number_29 = carry->sample.detected.jump.rate.x + carry->sample.detected.jump.returned.x;
+                number_30 = carry->sample.detected.jump.rate.y + carry->sample.detected.jump.returned.y;
+                number_31 = carry->sample.detected.jump.rate.z + carry->sample.detected.jump.returned.z;
             }
-            last_x_5 = number_30;
-            last_y_5 = number_31;
-            last_z_5 = number_32;
+            last_x_5 = number_29;
+            last_y_5 = number_30;
+            last_z_5 = number_31;
         } else {
             last_x_5 = last_x_2;
             last_y_5 = last_y_2;
@@ -1810,35 +1831,34 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
             acc_y_6 = acc_y_2;
             acc_z_6 = acc_z_2;
         }
-        const bool number_33 = dt > TILT_GAP_SECONDS;
-        const int32_t health_7 = number_33 ? health_6 | 8 : health_6;
+        const int32_t health_7 = dt > TILT_GAP_SECONDS ? health_6 | 8 : health_6;
         /* conditioning.unmeasured_rotation: The rotation while the rate was unusable; its variance is 0 up to LEAST_ROTATION.
          */
-        const bool number_34 = (health_7 & 161) == 0;
+        const bool number_32 = (health_7 & 161) == 0;
         float rate_age;
         float unmeasured;
-        if (number_34) {
+        if (number_32) {
             rate_age = 0.0f;
             unmeasured = 0.0f;
         } else {
-            const float number_35 = carry->sample.rate_age + dt;
-            const float after = TILT_TURN * number_35;
-            float number_36;
+            const float number_33 = carry->sample.rate_age + dt;
+            const float after = TILT_TURN * number_33;
+            float number_34;
             if (after <= CONDITIONING_LEAST_ROTATION) {
-                number_36 = 0.0f;
+                number_34 = 0.0f;
             } else {
-                number_36 = after * after
+                number_34 = after * after
                     - (TILT_TURN * carry->sample.rate_age > CONDITIONING_LEAST_ROTATION
                     ? TILT_TURN * carry->sample.rate_age * (TILT_TURN * carry->sample.rate_age) : 0.0f);
             }
-            rate_age = number_35;
-            unmeasured = number_36;
+            rate_age = number_33;
+            unmeasured = number_34;
         }
         const float time_2 = carry->sample.rate.time;
         float last_x_6;
         float last_y_6;
         float last_z_6;
-        if ((health_7 & 32) != 0 || number_34) {
+        if ((health_7 & 32) != 0 || number_32) {
             full_scale_update_approach(&carry->sample.rate, &carry->sample.detected.gyr_extreme, last_x_5,
                 last_y_5, last_z_5, dt);
             last_x_6 = carry->sample.rate.last.x;
@@ -1859,7 +1879,7 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
              * after full scale was reached.
              */
             const float missed = carry->sample.rate.time * carry->sample.rate.time / 6.0f;
-            const float number_37 = carry->sample.rate.slope.x * carry->sample.rate.slope.x
+            const float number_35 = carry->sample.rate.slope.x * carry->sample.rate.slope.x
                 + carry->sample.rate.slope.y * carry->sample.rate.slope.y
                 + carry->sample.rate.slope.z * carry->sample.rate.slope.z;
             const float missed_2 = time_2 * time_2 / 6.0f;
@@ -1872,28 +1892,28 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
             last_y_7 = last_y_5 + mean_beyond_2.y;
             last_z_7 = last_z_5 + mean_beyond_2.z;
             unmeasured_2 = FULL_SCALE_RATE_SHARE * FULL_SCALE_RATE_SHARE
-                * (missed * missed * number_37 - missed_2 * missed_2 * number_37);
+                * (missed * missed * number_35 - missed_2 * missed_2 * number_35);
         } else {
             float last_x_8;
             float last_y_8;
             float last_z_8;
             float unmeasured_3;
-            if (dt <= TILT_GAP_SECONDS && number_34) {
+            if ((health_7 & 169) == 0) {
                 float unmeasured_4;
-                if (number_5) {
+                if (number_4) {
                     /* vec3.sub: a − b */
-                    const float number_38 = last_x_5 - last_x;
-                    const float number_39 = last_y_5 - last_y;
-                    const float number_40 = last_z_5 - last_z;
+                    const float number_36 = last_x_5 - last_x;
+                    const float number_37 = last_y_5 - last_y;
+                    const float number_38 = last_z_5 - last_z;
                     /* conditioning.lost_variance: rad², about each axis, of the rotation in lost seconds
                      * without samples, if the mean of the rates before and after is held for it.
                      */
-                    const float number_41 = CONDITIONING_CHANGE_VARIANCE
-                        * (number_38 * number_38 + number_39 * number_39 + number_40 * number_40)
+                    const float number_39 = CONDITIONING_CHANGE_VARIANCE
+                        * (number_36 * number_36 + number_37 * number_37 + number_38 * number_38)
                         + CONDITIONING_RETURN_VARIANCE
                         * lh_max(last_x_5 * last_x_5 + last_y_5 * last_y_5 + last_z_5 * last_z_5,
                         last_x * last_x + last_y * last_y + last_z * last_z);
-                    unmeasured_4 = lost * lost * number_41;
+                    unmeasured_4 = lost * lost * number_39;
                 } else {
                     unmeasured_4 = unmeasured;
                 }
@@ -1915,29 +1935,23 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
             last_z_7 = last_z_8;
             unmeasured_2 = unmeasured_3;
         }
-        const bool number_42 = carry->sample.since_sigma
+        const bool number_40 = carry->sample.since_sigma
             + ELAPSED_SLACK * carry->sample.dt >= OBSERVER_COVARIANCE_INTERVAL
             || carry->sample.unmeasured > 0.0f;
         /* conditioning.condition: The next sample, conditioned; sample is the one before. */
-        const float since_sigma = (number_42 ? 0.0f : carry->sample.since_sigma) + dt;
+        const float since_sigma = (number_40 ? 0.0f : carry->sample.since_sigma) + dt;
         const int32_t sensors = mag_x_2 * mag_x_2 + mag_y_2 * mag_y_2 + mag_z_2 * mag_z_2 > TILT_NO_LENGTH
             ? (acc_x_6 * acc_x_6 + acc_y_6 * acc_y_6 + acc_z_6 * acc_z_6 > TILT_NO_LENGTH
-            ? (number_42 ? 0 : carry->sample.corrected_by) | 1
-            : (number_42 ? 0 : carry->sample.corrected_by)) | 2
+            ? (number_40 ? 0 : carry->sample.corrected_by) | 1
+            : (number_40 ? 0 : carry->sample.corrected_by)) | 2
             : (acc_x_6 * acc_x_6 + acc_y_6 * acc_y_6 + acc_z_6 * acc_z_6 > TILT_NO_LENGTH
-            ? (number_42 ? 0 : carry->sample.corrected_by) | 1
-            : (number_42 ? 0 : carry->sample.corrected_by));
-        const bool rate_unknown = rate_lost || number_33;
-        if (carry->sample.interval == 0.0f) {
-            carry->sample.interval = dt;
-        } else {
-            carry->sample.interval = carry->sample.interval
-                + (lh_min(dt, number_4) - carry->sample.interval) / CONDITIONING_INTERVALS;
-        }
+            ? (number_40 ? 0 : carry->sample.corrected_by) | 1
+            : (number_40 ? 0 : carry->sample.corrected_by));
+        const bool rate_unknown = rate_lost || (health_7 & 8) != 0;
         float bias_x;
         float bias_y;
         float bias_z;
-        if (number_26) {
+        if (number_25) {
             /* rest.is_turn: Whether a steady mean rate (rad/s) is a turn and no bias: too large for any, or
              * far from what is known of it.
              */
@@ -1946,13 +1960,13 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
             const float square_2 = carry->sample.detected.means.gyr.x * carry->sample.detected.means.gyr.x
                 + carry->sample.detected.means.gyr.y * carry->sample.detected.means.gyr.y
                 + carry->sample.detected.means.gyr.z * carry->sample.detected.means.gyr.z;
-            bool number_43;
+            bool number_41;
             if (square_2 > limit * limit) {
-                number_43 = true;
+                number_41 = true;
             } else {
-                bool number_44;
+                bool number_42;
                 if (!carry->run.guard.rest.known) {
-                    number_44 = false;
+                    number_42 = false;
                 } else {
                     /* vec3.add: a + b */
                     const float x_7 = carry->run.guard.rest.bias.x + carry->run.state.bias.x;
@@ -1962,16 +1976,16 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
                     const float x_8 = carry->sample.detected.means.gyr.x - x_7;
                     const float y_8 = carry->sample.detected.means.gyr.y - y_7;
                     const float z_8 = carry->sample.detected.means.gyr.z - z_7;
-                    number_44 = square_2 > x_7 * x_7 + y_7 * y_7 + z_7 * z_7
+                    number_42 = square_2 > x_7 * x_7 + y_7 * y_7 + z_7 * z_7
                         && x_8 * x_8 + y_8 * y_8 + z_8 * z_8 > REST_BIAS_CHANGE;
                 }
-                number_43 = number_44;
+                number_41 = number_42;
             }
             float time_3;
             float bias_x_2;
             float bias_y_2;
             float bias_z_2;
-            if (carry->sample.detected.means.pace == 0.0f || number_43) {
+            if (carry->sample.detected.means.pace == 0.0f || number_41) {
                 carry->run.guard.rest.moved = true;
                 time_3 = 0.0f;
                 bias_x_2 = carry->run.guard.rest.bias.x;
@@ -1981,41 +1995,41 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
                 /* elapsed.has_elapsed: Whether time (s), a sum of intervals of which the last was dt (s), has
                  * reached length (s).
                  */
-                const float number_45 = ELAPSED_SLACK * REST_INTERVAL;
+                const float number_43 = ELAPSED_SLACK * REST_INTERVAL;
                 /* rest.update_rest: After an interval of dt seconds: how long the sensor has been quiet, and
                  * the bias (rad/s) as a running mean.
                  */
                 const float time_4 = carry->run.guard.rest.time
                     + (carry->run.guard.rest.moved
                     || (carry->run.guard.rest.time > 0.0f
-                    && carry->run.guard.rest.time + number_45 >= settings->guard.rest_time) ? time
+                    && carry->run.guard.rest.time + number_43 >= settings->guard.rest_time) ? time
                     : time * carry->sample.detected.means.pace);
-                const bool number_46 = time_4 > 0.0f && time_4 + number_45 >= settings->guard.rest_time;
+                const bool number_44 = time_4 > 0.0f && time_4 + number_43 >= settings->guard.rest_time;
                 float bias_x_3;
                 float bias_y_3;
                 float bias_z_3;
-                if (number_46) {
+                if (number_44) {
                     /* lowpass.lowpass_weight: The weight of a new sample in a first-order low-pass of time
                      * constant tau: dt/(min(τ, age) + dt).
                      */
-                    const float number_47 = time
+                    const float number_45 = time
                         / (lh_min(REST_BIAS_TIME,
                         lh_max(carry->run.guard.rest.time - settings->guard.rest_time, 0.0f)) + time);
                     bias_x_3 = carry->run.guard.rest.bias.x
-                        + number_47 * (carry->sample.detected.means.gyr.x - carry->run.state.bias.x
+                        + number_45 * (carry->sample.detected.means.gyr.x - carry->run.state.bias.x
                         - carry->run.guard.rest.bias.x);
                     bias_y_3 = carry->run.guard.rest.bias.y
-                        + number_47 * (carry->sample.detected.means.gyr.y - carry->run.state.bias.y
+                        + number_45 * (carry->sample.detected.means.gyr.y - carry->run.state.bias.y
                         - carry->run.guard.rest.bias.y);
                     bias_z_3 = carry->run.guard.rest.bias.z
-                        + number_47 * (carry->sample.detected.means.gyr.z - carry->run.state.bias.z
+                        + number_45 * (carry->sample.detected.means.gyr.z - carry->run.state.bias.z
                         - carry->run.guard.rest.bias.z);
                 } else {
                     bias_x_3 = carry->run.guard.rest.bias.x;
                     bias_y_3 = carry->run.guard.rest.bias.y;
                     bias_z_3 = carry->run.guard.rest.bias.z;
                 }
-                carry->run.guard.rest.known = carry->run.guard.rest.known || number_46;
+                carry->run.guard.rest.known = carry->run.guard.rest.known || number_44;
                 time_3 = time_4;
                 bias_x_2 = bias_x_3;
                 bias_y_2 = bias_y_3;
@@ -2030,8 +2044,8 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
             bias_y = carry->run.guard.rest.bias.y;
             bias_z = carry->run.guard.rest.bias.z;
         }
-        const bool number_48 = unmeasured_2 > 0.0f;
-        if (number_48) {
+        const bool number_46 = unmeasured_2 > 0.0f;
+        if (number_46) {
             carry->run.state.age = carry->run.state.age
                 / (1.0f + carry->run.state.age * unmeasured_2 / LOWPASS_DIRECTION_DENSITY);
         }
@@ -2104,33 +2118,33 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
                 first_y = 0.0f;
                 first_z = 0.0f;
             }
-            const float number_49 = carry->run.guard.iron.pair.turn.w
+            const float number_47 = carry->run.guard.iron.pair.turn.w
                 - (carry->run.guard.iron.pair.turn.x * a + carry->run.guard.iron.pair.turn.y * b
                 + carry->run.guard.iron.pair.turn.z * c);
-            const float number_50 = carry->run.guard.iron.pair.turn.x
+            const float number_48 = carry->run.guard.iron.pair.turn.x
                 + (carry->run.guard.iron.pair.turn.w * a
                 + (carry->run.guard.iron.pair.turn.y * c - carry->run.guard.iron.pair.turn.z * b));
-            const float number_51 = carry->run.guard.iron.pair.turn.y
+            const float number_49 = carry->run.guard.iron.pair.turn.y
                 + (carry->run.guard.iron.pair.turn.w * b
                 + (carry->run.guard.iron.pair.turn.z * a - carry->run.guard.iron.pair.turn.x * c));
-            const float number_52 = carry->run.guard.iron.pair.turn.z
+            const float number_50 = carry->run.guard.iron.pair.turn.z
                 + (carry->run.guard.iron.pair.turn.w * c
                 + (carry->run.guard.iron.pair.turn.x * b - carry->run.guard.iron.pair.turn.y * a));
-            const float number_53 = carry->run.guard.iron.pair.time + dt;
+            const float number_51 = carry->run.guard.iron.pair.time + dt;
             /* tilt.is_present: Whether a sensor is there: an absent one is the zero vector, and so is what is
              * too short to have a direction.
              */
-            const bool number_54 = mag_x_2 * mag_x_2 + mag_y_2 * mag_y_2 + mag_z_2 * mag_z_2 > TILT_NO_LENGTH;
+            const bool number_52 = mag_x_2 * mag_x_2 + mag_y_2 * mag_y_2 + mag_z_2 * mag_z_2 > TILT_NO_LENGTH;
             const bool known = carry->run.guard.iron.known;
-            if (number_54 && (fabsf(number_49) < IRON_TURN
-                || number_53 + ELAPSED_SLACK * dt >= IRON_LONGEST)) {
+            if (number_52 && (fabsf(number_47) < IRON_TURN
+                || number_51 + ELAPSED_SLACK * dt >= IRON_LONGEST)) {
                 carry->run.guard.iron.pair.first.x = first_x;
                 carry->run.guard.iron.pair.first.y = first_y;
                 carry->run.guard.iron.pair.first.z = first_z;
-                carry->run.guard.iron.pair.turn.w = number_49;
-                carry->run.guard.iron.pair.turn.x = number_50;
-                carry->run.guard.iron.pair.turn.y = number_51;
-                carry->run.guard.iron.pair.turn.z = number_52;
+                carry->run.guard.iron.pair.turn.w = number_47;
+                carry->run.guard.iron.pair.turn.x = number_48;
+                carry->run.guard.iron.pair.turn.y = number_49;
+                carry->run.guard.iron.pair.turn.z = number_50;
                 iron_end_pair(&settings->guard, &carry->run.guard.iron,
                     2.0f * (carry->run.state.quat.x * carry->run.state.quat.z
                     - carry->run.state.quat.w * carry->run.state.quat.y),
@@ -2139,20 +2153,20 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
                     1.0f - 2.0f * (carry->run.state.quat.x * carry->run.state.quat.x
                     + carry->run.state.quat.y * carry->run.state.quat.y), mag_x_2, mag_y_2, mag_z_2);
             } else {
-                carry->run.guard.iron.pair.time = number_53;
+                carry->run.guard.iron.pair.time = number_51;
                 carry->run.guard.iron.pair.first.x = first_x;
                 carry->run.guard.iron.pair.first.y = first_y;
                 carry->run.guard.iron.pair.first.z = first_z;
-                carry->run.guard.iron.pair.turn.w = number_49;
-                carry->run.guard.iron.pair.turn.x = number_50;
-                carry->run.guard.iron.pair.turn.y = number_51;
-                carry->run.guard.iron.pair.turn.z = number_52;
+                carry->run.guard.iron.pair.turn.w = number_47;
+                carry->run.guard.iron.pair.turn.x = number_48;
+                carry->run.guard.iron.pair.turn.y = number_49;
+                carry->run.guard.iron.pair.turn.z = number_50;
             }
             float mag_x_5;
             float mag_y_5;
             float mag_z_5;
             int32_t health_9;
-            if (carry->run.guard.iron.known && number_54) {
+            if (carry->run.guard.iron.known && number_52) {
                 int32_t health_10;
                 if (!known) {
                     carry->run.guard.field.norm = 0.0f;
@@ -2186,12 +2200,12 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
         /* tilt.is_present: Whether a sensor is there: an absent one is the zero vector, and so is what is too
          * short to have a direction.
          */
-        const float number_55 = mag_x_4 * mag_x_4 + mag_y_4 * mag_y_4 + mag_z_4 * mag_z_4;
+        const float number_53 = mag_x_4 * mag_x_4 + mag_y_4 * mag_y_4 + mag_z_4 * mag_z_4;
         float mag_x_6;
         float mag_y_6;
         float mag_z_6;
         int32_t health_11;
-        if (number_55 > TILT_NO_LENGTH) {
+        if (number_53 > TILT_NO_LENGTH) {
             /* quat.up: The earth's vertical in the sensor frame: (−sin θ, sin φ cos θ, cos φ cos θ) with roll φ and pitch θ.
              */
             const float x_9 = 2.0f * (carry->run.state.quat.x * carry->run.state.quat.z
@@ -2203,12 +2217,12 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
                 + carry->run.state.quat.y * carry->run.state.quat.y);
             /* field.update_field: The reference after a reading (µT); rejected > 0: the reading is not of the earth's field.
              */
-            const float n = sqrtf(number_55);
-            const float number_56 = (x_9 + dt * (y_9 * bias_z_4 - z_9 * bias_y_4)) * mag_x_4
+            const float n = sqrtf(number_53);
+            const float number_54 = (x_9 + dt * (y_9 * bias_z_4 - z_9 * bias_y_4)) * mag_x_4
                 + (y_9 + dt * (z_9 * bias_x_4 - x_9 * bias_z_4)) * mag_y_4
                 + (z_9 + dt * (x_9 * bias_y_4 - y_9 * bias_x_4)) * mag_z_4;
-            const float d = number_56 * (1.0f / n);
-            float number_57;
+            const float d = number_54 * (1.0f / n);
+            float number_55;
             if (carry->run.guard.field.age == 0.0f
                 || (carry->run.guard.field.rejected > 0.0f
                 && carry->run.guard.field.rejected
@@ -2216,31 +2230,31 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
                 carry->run.guard.field.norm = n;
                 carry->run.guard.field.dip = d;
                 carry->run.guard.field.age = dt;
-                number_57 = 0.0f;
+                number_55 = 0.0f;
             } else {
-                const float number_58 = n - carry->run.guard.field.norm;
-                const float number_59 = d - carry->run.guard.field.dip;
-                float number_60;
-                if (fabsf(number_58) > settings->guard.mag_gate * carry->run.guard.field.norm
-                    || fabsf(number_59) > settings->guard.mag_angle * UNITS_DEGREE) {
-                    number_60 = carry->run.guard.field.rejected + dt;
+                const float number_56 = n - carry->run.guard.field.norm;
+                const float number_57 = d - carry->run.guard.field.dip;
+                float number_58;
+                if (fabsf(number_56) > settings->guard.mag_gate * carry->run.guard.field.norm
+                    || fabsf(number_57) > settings->guard.mag_angle * UNITS_DEGREE) {
+                    number_58 = carry->run.guard.field.rejected + dt;
                 } else {
                     /* lowpass.lowpass_weight: The weight of a new sample in a first-order low-pass of time
                      * constant tau: dt/(min(τ, age) + dt).
                      */
                     const float weight_3 = dt / (lh_min(FIELD_FIELD_TIME, carry->run.guard.field.age) + dt);
-                    carry->run.guard.field.norm = carry->run.guard.field.norm + weight_3 * number_58;
-                    carry->run.guard.field.dip = carry->run.guard.field.dip + weight_3 * number_59;
+                    carry->run.guard.field.norm = carry->run.guard.field.norm + weight_3 * number_56;
+                    carry->run.guard.field.dip = carry->run.guard.field.dip + weight_3 * number_57;
                     carry->run.guard.field.age = lh_min(carry->run.guard.field.age + dt, FIELD_FIELD_TIME);
-                    number_60 = 0.0f;
+                    number_58 = 0.0f;
                 }
-                number_57 = number_60;
+                number_55 = number_58;
             }
             float mag_x_7;
             float mag_y_7;
             float mag_z_7;
             int32_t health_12;
-            if (number_57 > 0.0f) {
+            if (number_55 > 0.0f) {
                 mag_x_7 = 0.0f;
                 mag_y_7 = 0.0f;
                 mag_z_7 = 0.0f;
@@ -2251,7 +2265,7 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
                 mag_z_7 = mag_z_4;
                 health_12 = carry->run.guard.field.age <= dt ? health_8 | 4096 : health_8;
             }
-            carry->run.guard.field.rejected = number_57;
+            carry->run.guard.field.rejected = number_55;
             mag_x_6 = mag_x_7;
             mag_y_6 = mag_y_7;
             mag_z_6 = mag_z_7;
@@ -2263,64 +2277,38 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
             health_11 = health_8;
         }
         /* direction_filter.integrate: The attitude after dt seconds at the rate gyr (rad/s) without the bias. */
-        const float x_10 = (bias_x_4 - carry->run.state.bias.x) * dt;
-        const float y_10 = (bias_y_4 - carry->run.state.bias.y) * dt;
-        const float z_10 = (bias_z_4 - carry->run.state.bias.z) * dt;
+        const float number_59 = (bias_x_4 - carry->run.state.bias.x) * dt;
+        const float number_60 = (bias_y_4 - carry->run.state.bias.y) * dt;
+        const float number_61 = (bias_z_4 - carry->run.state.bias.z) * dt;
         /* vector_error.rotate: q ⊗ exp(v) with v = (x, y, z) rad, of unit length to rounding; correct keeps
          * the rounding from piling up.
          */
-        const float square_3 = 0.25f * (x_10 * x_10 + y_10 * y_10 + z_10 * z_10);
-        const float fourth = square_3 * square_3;
-        float w;
-        float x_11;
-        float y_11;
-        float z_11;
-        if (fourth > VECTOR_ERROR_SHORT) {
-            float s;
-            float c_2;
-            if (square_3 < QUAT_SMALL) {
-                s = 0.5f - square_3 * (1.0f / 12.0f)
-                    + fourth * (1.0f / 240.0f - square_3 * (1.0f / 10080.0f) + fourth * (1.0f / 725760.0f));
-                c_2 = 1.0f - 0.5f * square_3
-                    + fourth * (1.0f / 24.0f - square_3 * (1.0f / 720.0f) + fourth * (1.0f / 40320.0f));
-            } else {
-                /* quat.sinc_half: sin(angle/2)/angle of square = (angle/2)². */
-                const float half_2 = sqrtf(square_3);
-                const SinCos sincos = trig_sincos(half_2);
-                const SinCos sincos_2 = trig_sincos(sqrtf(square_3));
-                s = 0.5f * sincos.sin / half_2;
-                c_2 = sincos_2.cos;
-            }
-            /* quat.exp: The quaternion of a rotation vector (axis times angle, rad): (cos |v|/2, sin(|v|/2)/|v| · v).
-             */
-            const float number_61 = x_10 * s;
-            const float number_62 = y_10 * s;
-            const float number_63 = z_10 * s;
-            w = carry->run.state.quat.w * c_2 - carry->run.state.quat.x * number_61
-                - carry->run.state.quat.y * number_62 - carry->run.state.quat.z * number_63;
-            x_11 = carry->run.state.quat.w * number_61 + carry->run.state.quat.x * c_2
-                + carry->run.state.quat.y * number_63 - carry->run.state.quat.z * number_62;
-            y_11 = carry->run.state.quat.w * number_62 - carry->run.state.quat.x * number_63
-                + carry->run.state.quat.y * c_2 + carry->run.state.quat.z * number_61;
-            z_11 = carry->run.state.quat.w * number_63 + carry->run.state.quat.x * number_62
-                - carry->run.state.quat.y * number_61 + carry->run.state.quat.z * c_2;
+        const float number_62 = 0.25f
+            * (number_59 * number_59 + number_60 * number_60 + number_61 * number_61);
+        float s;
+        float c_2;
+        if (number_62 > QUAT_SHORT) {
+            const HalfAngle half_angle_far = quat_half_angle_far(number_62);
+            s = half_angle_far.sinc;
+            c_2 = half_angle_far.cos;
         } else {
-            const float s_2 = 0.5f - square_3 * (1.0f / 12.0f)
-                + fourth * (1.0f / 240.0f - square_3 * (1.0f / 10080.0f));
-            const float c_3 = 1.0f - square_3 * 0.5f + fourth * (1.0f / 24.0f - square_3 * (1.0f / 720.0f));
-            const float x_12 = x_10 * s_2;
-            const float y_12 = y_10 * s_2;
-            const float z_12 = z_10 * s_2;
-            w = carry->run.state.quat.w * c_3 - carry->run.state.quat.x * x_12
-                - (carry->run.state.quat.y * y_12 + carry->run.state.quat.z * z_12);
-            x_11 = carry->run.state.quat.w * x_12 + carry->run.state.quat.x * c_3
-                + (carry->run.state.quat.y * z_12 - carry->run.state.quat.z * y_12);
-            y_11 = carry->run.state.quat.w * y_12 + carry->run.state.quat.y * c_3
-                + (carry->run.state.quat.z * x_12 - carry->run.state.quat.x * z_12);
-            z_11 = carry->run.state.quat.w * z_12 + carry->run.state.quat.z * c_3
-                + (carry->run.state.quat.x * y_12 - carry->run.state.quat.y * x_12);
+            /* quat.half_angle: sin(angle/2)/angle and cos(angle/2) of square = (angle/2)². */
+            const float fourth = number_62 * number_62;
+            s = 0.5f - number_62 * (1.0f / 12.0f) + fourth * (1.0f / 240.0f - number_62 * (1.0f / 10080.0f));
+            c_2 = 1.0f - number_62 * 0.5f + fourth * (1.0f / 24.0f - number_62 * (1.0f / 720.0f));
         }
-        const float age = dt > TILT_GAP_SECONDS ? 0.0f : lh_min(carry->run.state.age + dt, LOWPASS_AGE_LIMIT);
+        const float x_10 = number_59 * s;
+        const float y_10 = number_60 * s;
+        const float z_10 = number_61 * s;
+        const float w = carry->run.state.quat.w * c_2 - carry->run.state.quat.x * x_10
+            - (carry->run.state.quat.y * y_10 + carry->run.state.quat.z * z_10);
+        const float x_11 = carry->run.state.quat.w * x_10 + carry->run.state.quat.x * c_2
+            + (carry->run.state.quat.y * z_10 - carry->run.state.quat.z * y_10);
+        const float y_11 = carry->run.state.quat.w * y_10 + carry->run.state.quat.y * c_2
+            + (carry->run.state.quat.z * x_10 - carry->run.state.quat.x * z_10);
+        const float z_11 = carry->run.state.quat.w * z_10 + carry->run.state.quat.z * c_2
+            + (carry->run.state.quat.x * y_10 - carry->run.state.quat.y * x_10);
+        const float age = dt > TILT_GAP_SECONDS ? 0.0f : carry->run.state.age + dt;
         /* quat.up: The earth's vertical in the sensor frame: (−sin θ, sin φ cos θ, cos φ cos θ) with roll φ and pitch θ.
          */
         const float ex = 2.0f * (x_11 * z_11 - w * y_11);
@@ -2344,80 +2332,80 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
             sz = 0.0f;
         }
         /* vector_error.direction_error: s × ŝ of unit vectors; beyond a right angle of length one. */
-        const float x_13 = sy * ez - sz * ey;
-        const float y_13 = sz * ex - sx * ez;
-        const float z_13 = sx * ey - sy * ex;
-        float x_14;
-        float y_14;
-        float z_14;
+        const float x_12 = sy * ez - sz * ey;
+        const float y_12 = sz * ex - sx * ez;
+        const float z_12 = sx * ey - sy * ex;
+        float x_13;
+        float y_13;
+        float z_13;
         if (sx * ex + sy * ey + sz * ez < 0.0f) {
             /* vector_error.obtuse_error: direction_error beyond a right angle: the cross product (x, y, z) at length one.
              */
-            const float n_3 = sqrtf(x_13 * x_13 + y_13 * y_13 + z_13 * z_13);
+            const float n_3 = sqrtf(x_12 * x_12 + y_12 * y_12 + z_12 * z_12);
+            float number_63;
             float number_64;
             float number_65;
-            float number_66;
             if (n_3 < VECTOR_ERROR_NO_AXIS) {
+                float number_66;
                 float number_67;
                 float number_68;
-                float number_69;
                 if (fabsf(ex) < 0.8f) {
                     /* vector_error.perpendicular: A unit vector perpendicular to the unit vector v. */
                     const float n_4 = sqrtf(ey * ey + ez * ez);
-                    number_67 = 0.0f;
-                    number_68 = ez / n_4;
-                    number_69 = -ey / n_4;
+                    number_66 = 0.0f;
+                    number_67 = ez / n_4;
+                    number_68 = -ey / n_4;
                 } else {
                     /* vector_error.perpendicular: A unit vector perpendicular to the unit vector v. */
                     const float n_5 = sqrtf(ex * ex + ey * ey);
-                    number_67 = ey / n_5;
-                    number_68 = -ex / n_5;
-                    number_69 = 0.0f;
+                    number_66 = ey / n_5;
+                    number_67 = -ex / n_5;
+                    number_68 = 0.0f;
                 }
+                number_63 = number_66;
                 number_64 = number_67;
                 number_65 = number_68;
-                number_66 = number_69;
             } else {
-                number_64 = x_13 / n_3;
-                number_65 = y_13 / n_3;
-                number_66 = z_13 / n_3;
+                number_63 = x_12 / n_3;
+                number_64 = y_12 / n_3;
+                number_65 = z_12 / n_3;
             }
-            x_14 = number_64;
-            y_14 = number_65;
-            z_14 = number_66;
+            x_13 = number_63;
+            y_13 = number_64;
+            z_13 = number_65;
         } else {
-            x_14 = x_13;
-            y_14 = y_13;
-            z_14 = z_13;
+            x_13 = x_12;
+            y_13 = y_12;
+            z_13 = z_12;
         }
         /* mahony.step: Eqs. 1 to 5. */
-        const float number_70 = 1.0f / settings->filter.kp;
+        const float number_69 = 1.0f / settings->filter.kp;
         /* lowpass.lowpass_weight: The weight of a new sample in a first-order low-pass of time constant tau:
          * dt/(min(τ, age) + dt).
          */
-        const float number_71 = lh_min(number_70, age);
-        const float kt = dt / (number_71 + dt);
+        const float number_70 = lh_min(number_69, age);
+        const float kt = dt / (number_70 + dt);
         /* tilt.is_present: Whether a sensor is there: an absent one is the zero vector, and so is what is too
          * short to have a direction.
          */
-        const float number_72 = mag_x_6 * mag_x_6 + mag_y_6 * mag_y_6 + mag_z_6 * mag_z_6;
+        const float number_71 = mag_x_6 * mag_x_6 + mag_y_6 * mag_y_6 + mag_z_6 * mag_z_6;
+        float x_14;
+        float y_14;
+        float z_14;
         float x_15;
         float y_15;
         float z_15;
-        float x_16;
-        float y_16;
-        float z_16;
-        if (number_72 > TILT_NO_LENGTH) {
+        if (number_71 > TILT_NO_LENGTH) {
             float kt_2;
-            float x_17;
-            float y_17;
-            float z_17;
+            float x_16;
+            float y_16;
+            float z_16;
             float kh;
             if (settings->filter.whole_field) {
                 /* vec3.normalize: a/|a|; the zero vector (an absent sensor), and what is too short to have a
                  * direction, gives the zero vector.
                  */
-                const float n_6 = sqrtf(number_72);
+                const float n_6 = sqrtf(number_71);
                 float vx;
                 float vy;
                 float vz;
@@ -2432,80 +2420,80 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
                     vz = 0.0f;
                 }
                 /* quat.conjugate: q*, for a unit quaternion the inverse rotation. */
-                const float x_18 = -x_11;
-                const float y_18 = -y_11;
-                const float z_18 = -z_11;
+                const float x_17 = -x_11;
+                const float y_17 = -y_11;
+                const float z_17 = -z_11;
                 /* quat.rotate: q v q*: a sensor-frame vector seen in the earth frame. */
                 const float tx = 2.0f * (y_11 * vz - z_11 * vy);
                 const float ty = 2.0f * (z_11 * vx - x_11 * vz);
                 const float tz = 2.0f * (x_11 * vy - y_11 * vx);
-                const float number_73 = vx + w * tx + y_11 * tz - z_11 * ty;
-                const float number_74 = vy + w * ty + z_11 * tx - x_11 * tz;
+                const float number_72 = vx + w * tx + y_11 * tz - z_11 * ty;
+                const float number_73 = vy + w * ty + z_11 * tx - x_11 * tz;
                 const float vz_2 = vz + w * tz + x_11 * ty - y_11 * tx;
                 /* vector_error.reference: The unit field in the earth frame if the attitude is right: its own dip, and north.
                  */
-                const float vy_2 = sqrtf(number_73 * number_73 + number_74 * number_74);
+                const float vy_2 = sqrtf(number_72 * number_72 + number_73 * number_73);
                 /* quat.rotate: q v q*: a sensor-frame vector seen in the earth frame. */
-                const float tx_2 = 2.0f * (y_18 * vz_2 - z_18 * vy_2);
-                const float ty_2 = 2.0f * (z_18 * 0.0f - x_18 * vz_2);
-                const float tz_2 = 2.0f * (x_18 * vy_2 - y_18 * 0.0f);
-                const float ex_2 = 0.0f + w * tx_2 + y_18 * tz_2 - z_18 * ty_2;
-                const float ey_2 = vy_2 + w * ty_2 + z_18 * tx_2 - x_18 * tz_2;
-                const float ez_2 = vz_2 + w * tz_2 + x_18 * ty_2 - y_18 * tx_2;
+                const float tx_2 = 2.0f * (y_17 * vz_2 - z_17 * vy_2);
+                const float ty_2 = 2.0f * (z_17 * 0.0f - x_17 * vz_2);
+                const float tz_2 = 2.0f * (x_17 * vy_2 - y_17 * 0.0f);
+                const float ex_2 = 0.0f + w * tx_2 + y_17 * tz_2 - z_17 * ty_2;
+                const float ey_2 = vy_2 + w * ty_2 + z_17 * tx_2 - x_17 * tz_2;
+                const float ez_2 = vz_2 + w * tz_2 + x_17 * ty_2 - y_17 * tx_2;
                 /* vector_error.direction_error: s × ŝ of unit vectors; beyond a right angle of length one. */
-                const float x_19 = vy * ez_2 - vz * ey_2;
-                const float y_19 = vz * ex_2 - vx * ez_2;
-                const float z_19 = vx * ey_2 - vy * ex_2;
-                float x_20;
-                float y_20;
-                float z_20;
+                const float x_18 = vy * ez_2 - vz * ey_2;
+                const float y_18 = vz * ex_2 - vx * ez_2;
+                const float z_18 = vx * ey_2 - vy * ex_2;
+                float x_19;
+                float y_19;
+                float z_19;
                 if (vx * ex_2 + vy * ey_2 + vz * ez_2 < 0.0f) {
                     /* vector_error.obtuse_error: direction_error beyond a right angle: the cross product (x,
                      * y, z) at length one.
                      */
-                    const float n_7 = sqrtf(x_19 * x_19 + y_19 * y_19 + z_19 * z_19);
+                    const float n_7 = sqrtf(x_18 * x_18 + y_18 * y_18 + z_18 * z_18);
+                    float number_74;
                     float number_75;
                     float number_76;
-                    float number_77;
                     if (n_7 < VECTOR_ERROR_NO_AXIS) {
+                        float number_77;
                         float number_78;
                         float number_79;
-                        float number_80;
                         if (fabsf(ex_2) < 0.8f) {
                             /* vector_error.perpendicular: A unit vector perpendicular to the unit vector v. */
                             const float n_8 = sqrtf(ey_2 * ey_2 + ez_2 * ez_2);
-                            number_78 = 0.0f;
-                            number_79 = ez_2 / n_8;
-                            number_80 = -ey_2 / n_8;
+                            number_77 = 0.0f;
+                            number_78 = ez_2 / n_8;
+                            number_79 = -ey_2 / n_8;
                         } else {
                             /* vector_error.perpendicular: A unit vector perpendicular to the unit vector v. */
                             const float n_9 = sqrtf(ex_2 * ex_2 + ey_2 * ey_2);
-                            number_78 = ey_2 / n_9;
-                            number_79 = -ex_2 / n_9;
-                            number_80 = 0.0f;
+                            number_77 = ey_2 / n_9;
+                            number_78 = -ex_2 / n_9;
+                            number_79 = 0.0f;
                         }
+                        number_74 = number_77;
                         number_75 = number_78;
                         number_76 = number_79;
-                        number_77 = number_80;
                     } else {
-                        number_75 = x_19 / n_7;
-                        number_76 = y_19 / n_7;
-                        number_77 = z_19 / n_7;
+                        number_74 = x_18 / n_7;
+                        number_75 = y_18 / n_7;
+                        number_76 = z_18 / n_7;
                     }
-                    x_20 = number_75;
-                    y_20 = number_76;
-                    z_20 = number_77;
+                    x_19 = number_74;
+                    y_19 = number_75;
+                    z_19 = number_76;
                 } else {
-                    x_20 = x_19;
-                    y_20 = y_19;
-                    z_20 = z_19;
+                    x_19 = x_18;
+                    y_19 = y_18;
+                    z_19 = z_18;
                 }
                 /* mahony.step: Eqs. 1 to 5. */
                 const float kt_3 = lh_min(kt, 1.0f / (1.0f + settings->filter.k_mag));
                 kt_2 = kt_3;
-                x_17 = x_20;
-                y_17 = y_20;
-                z_17 = z_20;
+                x_16 = x_19;
+                y_16 = y_19;
+                z_16 = z_19;
                 kh = kt_3 * settings->filter.k_mag;
             } else {
                 /* vector_error.heading_error: The error of heading: up times the sine of the angle between
@@ -2516,102 +2504,111 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
                 const float tz_3 = 2.0f * (x_11 * mag_y_6 - y_11 * mag_x_6);
                 const float east = mag_x_6 + w * tx_3 + (y_11 * tz_3 - z_11 * ty_3);
                 const float north = mag_y_6 + w * ty_3 + (z_11 * tx_3 - x_11 * tz_3);
-                const float square_4 = east * east + north * north;
+                const float square_3 = east * east + north * north;
+                float number_80;
                 float number_81;
                 float number_82;
-                float number_83;
-                if (square_4 < VEC3_SHORTEST) {
+                if (square_3 < VEC3_SHORTEST) {
+                    number_80 = 0.0f;
                     number_81 = 0.0f;
                     number_82 = 0.0f;
-                    number_83 = 0.0f;
                 } else {
                     float sine;
                     if (north < 0.0f) {
                         sine = east >= 0.0f ? 1.0f : -1.0f;
                     } else {
-                        sine = east / sqrtf(square_4);
+                        sine = east / sqrtf(square_3);
                     }
-                    number_81 = sine * ex;
-                    number_82 = sine * ey;
-                    number_83 = sine * ez;
+                    number_80 = sine * ex;
+                    number_81 = sine * ey;
+                    number_82 = sine * ez;
                 }
                 kt_2 = kt;
-                x_17 = number_81;
-                y_17 = number_82;
-                z_17 = number_83;
+                x_16 = number_80;
+                y_16 = number_81;
+                z_16 = number_82;
                 kh = dt / (lh_min(1.0f / (settings->filter.kp * settings->filter.k_mag), age) + dt);
             }
-            x_15 = x_17;
-            y_15 = y_17;
-            z_15 = z_17;
-            x_16 = kt_2 * x_14 + kh * x_17;
-            y_16 = kt_2 * y_14 + kh * y_17;
-            z_16 = kt_2 * z_14 + kh * z_17;
+            x_14 = x_16;
+            y_14 = y_16;
+            z_14 = z_16;
+            x_15 = kt_2 * x_13 + kh * x_16;
+            y_15 = kt_2 * y_13 + kh * y_16;
+            z_15 = kt_2 * z_13 + kh * z_16;
         } else {
-            x_15 = 0.0f;
-            y_15 = 0.0f;
-            z_15 = 0.0f;
-            x_16 = kt * x_14;
-            y_16 = kt * y_14;
-            z_16 = kt * z_14;
+            x_14 = 0.0f;
+            y_14 = 0.0f;
+            z_14 = 0.0f;
+            x_15 = kt * x_13;
+            y_15 = kt * y_13;
+            z_15 = kt * z_13;
         }
         /* vector_error.correct: q ⊗ (1, ½ρ), made unit again, with ρ the rotation vector (rad, sensor frame). */
-        const float x_21 = x_16 * 0.5f;
-        const float y_21 = y_16 * 0.5f;
-        const float z_21 = z_16 * 0.5f;
-        const float nw = w - (x_11 * x_21 + y_11 * y_21 + z_11 * z_21);
-        const float nx = x_11 + (w * x_21 + (y_11 * z_21 - z_11 * y_21));
-        const float ny = y_11 + (w * y_21 + (z_11 * x_21 - x_11 * z_21));
-        const float nz = z_11 + (w * z_21 + (x_11 * y_21 - y_11 * x_21));
+        const float x_20 = x_15 * 0.5f;
+        const float y_20 = y_15 * 0.5f;
+        const float z_20 = z_15 * 0.5f;
+        const float nw = w - (x_11 * x_20 + y_11 * y_20 + z_11 * z_20);
+        const float nx = x_11 + (w * x_20 + (y_11 * z_20 - z_11 * y_20));
+        const float ny = y_11 + (w * y_20 + (z_11 * x_20 - x_11 * z_20));
+        const float nz = z_11 + (w * z_20 + (x_11 * y_20 - y_11 * x_20));
         const float excess = nw * nw + nx * nx + (ny * ny + nz * nz) - 1.0f;
-        const float s_3 = excess > VECTOR_ERROR_NEAR_UNIT ? 1.0f / sqrtf(1.0f + excess)
+        const float s_2 = excess > VECTOR_ERROR_NEAR_UNIT ? 1.0f / sqrtf(1.0f + excess)
             : 1.0f - excess * (0.5f - 0.375f * excess);
         /* mahony.update_bias: Eq. 3, bounded by (6); each vector waits until its K is steady. */
         const float limit_2 = settings->filter.max_bias * UNITS_DEGREE;
         const float step = settings->filter.ki * dt;
         /* elapsed.has_elapsed: Whether time (s), a sum of intervals of which the last was dt (s), has reached length (s).
          */
-        const float number_84 = ELAPSED_SLACK * dt;
-        const float number_85 = age + number_84;
+        const float number_83 = ELAPSED_SLACK * dt;
+        const float number_84 = age + number_83;
         /* mahony.update_bias: Eq. 3, bounded by (6); each vector waits until its K is steady. */
-        const float number_86 = settings->filter.kp * settings->filter.kp;
-        const float number_87 = limit_2 * limit_2;
+        const float number_85 = settings->filter.kp * settings->filter.kp;
+        const float number_86 = limit_2 * limit_2;
+        float x_21;
+        float y_21;
+        float z_21;
+        if (number_84 >= number_69 && number_85 * (x_13 * x_13 + y_13 * y_13 + z_13 * z_13) < number_86) {
+            x_21 = carry->run.state.bias.x - step * x_13;
+            y_21 = carry->run.state.bias.y - step * y_13;
+            z_21 = carry->run.state.bias.z - step * z_13;
+        } else {
+            x_21 = carry->run.state.bias.x;
+            y_21 = carry->run.state.bias.y;
+            z_21 = carry->run.state.bias.z;
+        }
+        const float number_87 = 1.0f / (settings->filter.kp * settings->filter.k_mag);
         float x_22;
         float y_22;
         float z_22;
-        if (number_85 >= number_70 && number_86 * (x_14 * x_14 + y_14 * y_14 + z_14 * z_14) < number_87) {
-            x_22 = carry->run.state.bias.x - step * x_14;
-            y_22 = carry->run.state.bias.y - step * y_14;
-            z_22 = carry->run.state.bias.z - step * z_14;
-        } else {
-            x_22 = carry->run.state.bias.x;
-            y_22 = carry->run.state.bias.y;
-            z_22 = carry->run.state.bias.z;
-        }
-        const float number_88 = 1.0f / (settings->filter.kp * settings->filter.k_mag);
-        float x_23;
-        float y_23;
-        float z_23;
-        if (number_85 >= number_88
-            && number_86 * settings->filter.k_mag * settings->filter.k_mag
-            * (x_15 * x_15 + y_15 * y_15 + z_15 * z_15) < number_87) {
+        if (number_84 >= number_87
+            && number_85 * settings->filter.k_mag * settings->filter.k_mag
+            * (x_14 * x_14 + y_14 * y_14 + z_14 * z_14) < number_86) {
             const float step_2 = step * settings->filter.k_mag;
-            x_23 = x_22 - step_2 * x_15;
-            y_23 = y_22 - step_2 * y_15;
-            z_23 = z_22 - step_2 * z_15;
+            x_22 = x_21 - step_2 * x_14;
+            y_22 = y_21 - step_2 * y_14;
+            z_22 = z_21 - step_2 * z_14;
         } else {
-            x_23 = x_22;
-            y_23 = y_22;
-            z_23 = z_22;
+            x_22 = x_21;
+            y_22 = y_21;
+            z_22 = z_21;
         }
-        const float number_89 = -limit_2;
-        if (since_sigma + number_84 >= OBSERVER_COVARIANCE_INTERVAL || number_48) {
+        if (x_22 * x_22 + y_22 * y_22 + z_22 * z_22 > number_86) {
+            const float number_88 = -limit_2;
+            carry->run.state.bias.x = lh_max(number_88, lh_min(x_22, limit_2));
+            carry->run.state.bias.y = lh_max(number_88, lh_min(y_22, limit_2));
+            carry->run.state.bias.z = lh_max(number_88, lh_min(z_22, limit_2));
+        } else {
+            carry->run.state.bias.x = x_22;
+            carry->run.state.bias.y = y_22;
+            carry->run.state.bias.z = z_22;
+        }
+        if (since_sigma + number_83 >= OBSERVER_COVARIANCE_INTERVAL || number_46) {
             int32_t corrected_by;
             float acc_x_10;
             float acc_y_10;
             float acc_z_10;
             if (carry->run.guard.acc_rejected > 0.0f
-                && !(carry->run.guard.acc_rejected + number_84 >= settings->guard.acc_time)) {
+                && !(carry->run.guard.acc_rejected + number_83 >= settings->guard.acc_time)) {
                 corrected_by = sensors & 2;
                 acc_x_10 = 0.0f;
                 acc_y_10 = 0.0f;
@@ -2624,26 +2621,26 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
             }
             const int32_t corrected_by_2 = carry->run.guard.field.rejected > 0.0f ? corrected_by & 1
                 : corrected_by;
-            float x_24;
-            float y_24;
-            float z_24;
+            float x_23;
+            float y_23;
+            float z_23;
             if (rate_unknown) {
-                x_24 = 0.0f;
-                y_24 = 0.0f;
-                z_24 = 0.0f;
+                x_23 = 0.0f;
+                y_23 = 0.0f;
+                z_23 = 0.0f;
             } else {
-                x_24 = last_x_7 - bias_x;
-                y_24 = last_y_7 - bias_y;
-                z_24 = last_z_7 - bias_z;
+                x_23 = last_x_7 - bias_x;
+                y_23 = last_y_7 - bias_y;
+                z_23 = last_z_7 - bias_z;
             }
             /* lowpass.lowpass_weight: The weight of a new sample in a first-order low-pass of time constant
              * tau: dt/(min(τ, age) + dt).
              */
-            const float kt_4 = since_sigma / (number_71 + since_sigma);
+            const float kt_4 = since_sigma / (number_70 + since_sigma);
             /* elapsed.has_elapsed: Whether time (s), a sum of intervals of which the last was dt (s), has reached length (s).
              */
-            const float number_90 = age + ELAPSED_SLACK * since_sigma;
-            const float bh = number_90 >= number_88
+            const float number_89 = age + ELAPSED_SLACK * since_sigma;
+            const float bh = number_89 >= number_87
                 ? settings->filter.ki * settings->filter.k_mag * since_sigma : 0.0f;
             float kt_5;
             float kh_2;
@@ -2656,48 +2653,48 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
                 bh_2 = DIRECTION_FILTER_DIP_SHARE * bh;
             } else {
                 kt_5 = kt_4;
-                kh_2 = since_sigma / (lh_min(number_88, age) + since_sigma);
+                kh_2 = since_sigma / (lh_min(number_87, age) + since_sigma);
                 bh_2 = bh;
             }
             /* observer_covariance.update_covariance: After an interval of dt s, with the filter's gains for
              * an interval of that length.
              */
-            const float rate2_2 = x_24 * x_24 + y_24 * y_24 + z_24 * z_24;
+            const float rate2_3 = x_23 * x_23 + y_23 * y_23 + z_23 * z_23;
             float level;
+            float number_90;
             float number_91;
-            float number_92;
             float level_2;
+            float number_92;
             float number_93;
-            float number_94;
             if (since_sigma > TILT_GAP_SECONDS) {
                 level = lh_min(carry->run.covariance.tilt.level
                     + TILT_TURN * TILT_TURN * since_sigma * since_sigma, TILT_UNIFORM * TILT_UNIFORM);
-                number_91 = 0.0f;
-                number_92 = lh_max(carry->run.covariance.tilt.bias,
+                number_90 = 0.0f;
+                number_91 = lh_max(carry->run.covariance.tilt.bias,
                     lh_min(carry->run.covariance.tilt.bias + OBSERVER_COVARIANCE_WALK * since_sigma,
                     OBSERVER_COVARIANCE_TURN_ON));
                 level_2 = lh_min(carry->run.covariance.heading.level
                     + TILT_TURN * TILT_TURN * since_sigma * since_sigma, TILT_UNIFORM * TILT_UNIFORM);
-                number_93 = 0.0f;
-                number_94 = lh_max(carry->run.covariance.heading.bias,
+                number_92 = 0.0f;
+                number_93 = lh_max(carry->run.covariance.heading.bias,
                     lh_min(carry->run.covariance.heading.bias + OBSERVER_COVARIANCE_WALK * since_sigma,
                     OBSERVER_COVARIANCE_TURN_ON));
             } else {
                 /* two_state.predict: Eq. 1 with Q = diag(q_level, q_bias). */
-                const float number_95 = since_sigma * carry->run.covariance.tilt.bias;
-                const float number_96 = since_sigma * carry->run.covariance.heading.bias;
+                const float number_94 = since_sigma * carry->run.covariance.tilt.bias;
+                const float number_95 = since_sigma * carry->run.covariance.heading.bias;
                 level = carry->run.covariance.tilt.level
-                    + since_sigma * (number_95 - 2.0f * carry->run.covariance.tilt.cross)
-                    + ((OBSERVER_COVARIANCE_NOISE + OBSERVER_COVARIANCE_SCALE * rate2_2) * since_sigma
+                    + since_sigma * (number_94 - 2.0f * carry->run.covariance.tilt.cross)
+                    + ((OBSERVER_COVARIANCE_NOISE + OBSERVER_COVARIANCE_SCALE * rate2_3) * since_sigma
                     + unmeasured_2);
-                number_91 = carry->run.covariance.tilt.cross - number_95;
-                number_92 = carry->run.covariance.tilt.bias + OBSERVER_COVARIANCE_WALK * since_sigma;
+                number_90 = carry->run.covariance.tilt.cross - number_94;
+                number_91 = carry->run.covariance.tilt.bias + OBSERVER_COVARIANCE_WALK * since_sigma;
                 level_2 = carry->run.covariance.heading.level
-                    + since_sigma * (number_96 - 2.0f * carry->run.covariance.heading.cross)
-                    + ((OBSERVER_COVARIANCE_NOISE + OBSERVER_COVARIANCE_SCALE * rate2_2) * since_sigma
+                    + since_sigma * (number_95 - 2.0f * carry->run.covariance.heading.cross)
+                    + ((OBSERVER_COVARIANCE_NOISE + OBSERVER_COVARIANCE_SCALE * rate2_3) * since_sigma
                     + unmeasured_2);
-                number_93 = carry->run.covariance.heading.cross - number_96;
-                number_94 = carry->run.covariance.heading.bias + OBSERVER_COVARIANCE_WALK * since_sigma;
+                number_92 = carry->run.covariance.heading.cross - number_95;
+                number_93 = carry->run.covariance.heading.bias + OBSERVER_COVARIANCE_WALK * since_sigma;
             }
             float cross;
             float bias;
@@ -2705,29 +2702,29 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
             float bias_2;
             if (rest) {
                 /* observer_covariance.limit_bias: At rest the bias is known to 0.05 °/s (1σ), at least. */
-                const bool number_97 = number_92 > OBSERVER_COVARIANCE_REST_BIAS;
-                const bool number_98 = number_94 > OBSERVER_COVARIANCE_REST_BIAS;
-                cross = number_97 ? 0.0f : number_91;
-                bias = number_97 ? OBSERVER_COVARIANCE_REST_BIAS : number_92;
-                cross_2 = number_98 ? 0.0f : number_93;
-                bias_2 = number_98 ? OBSERVER_COVARIANCE_REST_BIAS : number_94;
+                const bool number_96 = number_91 > OBSERVER_COVARIANCE_REST_BIAS;
+                const bool number_97 = number_93 > OBSERVER_COVARIANCE_REST_BIAS;
+                cross = number_96 ? 0.0f : number_90;
+                bias = number_96 ? OBSERVER_COVARIANCE_REST_BIAS : number_91;
+                cross_2 = number_97 ? 0.0f : number_92;
+                bias_2 = number_97 ? OBSERVER_COVARIANCE_REST_BIAS : number_93;
             } else {
-                cross = number_91;
-                bias = number_92;
-                cross_2 = number_93;
-                bias_2 = number_94;
+                cross = number_90;
+                bias = number_91;
+                cross_2 = number_92;
+                bias_2 = number_93;
             }
             const float often = 2.0f / since_sigma;
             if ((corrected_by_2 & 1) != 0) {
                 /* tilt.is_present: Whether a sensor is there: an absent one is the zero vector, and so is
                  * what is too short to have a direction.
                  */
-                const float number_99 = acc_x_10 * acc_x_10 + acc_y_10 * acc_y_10 + acc_z_10 * acc_z_10;
-                if (number_99 > TILT_NO_LENGTH) {
+                const float number_98 = acc_x_10 * acc_x_10 + acc_y_10 * acc_y_10 + acc_z_10 * acc_z_10;
+                if (number_98 > TILT_NO_LENGTH) {
                     /* observer_covariance.update_covariance: After an interval of dt s, with the filter's
                      * gains for an interval of that length.
                      */
-                    const float off = OBSERVER_COVARIANCE_HALF_PER_G2 * number_99 - 0.5f;
+                    const float off = OBSERVER_COVARIANCE_HALF_PER_G2 * number_98 - 0.5f;
                     carry->run.covariance.motion = carry->run.covariance.motion
                         + since_sigma / (OBSERVER_COVARIANCE_SMOOTH + since_sigma)
                         * (off * off - carry->run.covariance.motion);
@@ -2741,7 +2738,7 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
                 const float r_5 = OBSERVER_COVARIANCE_SHAKE
                     + carry->run.covariance.motion
                     * (1.0f + rest_2 * (OBSERVER_COVARIANCE_JERK_SECONDS * often));
-                const float b_2 = -(number_90 >= number_70 ? settings->filter.ki * since_sigma : 0.0f);
+                const float b_2 = -(number_89 >= number_69 ? settings->filter.ki * since_sigma : 0.0f);
                 carry->run.covariance.tilt.level = rest_2 * rest_2 * level + kt_5 * kt_5 * r_5;
                 carry->run.covariance.tilt.cross = rest_2 * (cross - b_2 * level) + kt_5 * b_2 * r_5;
                 carry->run.covariance.tilt.bias = bias - 2.0f * b_2 * cross + b_2 * b_2 * (level + r_5);
@@ -2777,14 +2774,14 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
         carry->sample.unmeasured = unmeasured_2;
         carry->sample.since_sigma = since_sigma;
         carry->sample.corrected_by = sensors;
-        carry->sample.detected.sums.gyr.x = number_20;
-        carry->sample.detected.sums.gyr.y = number_21;
-        carry->sample.detected.sums.gyr.z = number_22;
-        carry->sample.detected.sums.acc.x = number_23;
-        carry->sample.detected.sums.acc.y = number_24;
-        carry->sample.detected.sums.acc.z = number_25;
+        carry->sample.detected.sums.gyr.x = number_19;
+        carry->sample.detected.sums.gyr.y = number_20;
+        carry->sample.detected.sums.gyr.z = number_21;
+        carry->sample.detected.sums.acc.x = number_22;
+        carry->sample.detected.sums.acc.y = number_23;
+        carry->sample.detected.sums.acc.z = number_24;
         carry->sample.detected.sums.time = time;
-        carry->sample.detected.sums.complete = number_26;
+        carry->sample.detected.sums.complete = number_25;
         carry->sample.detected.far_from_g = far;
         carry->sample.rate.last.x = last_x_6;
         carry->sample.rate.last.y = last_y_6;
@@ -2798,13 +2795,10 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
         carry->sample.force.slope.x = carry->sample.force.slope.x;
         carry->sample.force.slope.y = carry->sample.force.slope.y;
         carry->sample.force.slope.z = carry->sample.force.slope.z;
-        carry->run.state.quat.w = nw * s_3;
-        carry->run.state.quat.x = nx * s_3;
-        carry->run.state.quat.y = ny * s_3;
-        carry->run.state.quat.z = nz * s_3;
-        carry->run.state.bias.x = lh_max(number_89, lh_min(x_23, limit_2));
-        carry->run.state.bias.y = lh_max(number_89, lh_min(y_23, limit_2));
-        carry->run.state.bias.z = lh_max(number_89, lh_min(z_23, limit_2));
+        carry->run.state.quat.w = nw * s_2;
+        carry->run.state.quat.x = nx * s_2;
+        carry->run.state.quat.y = ny * s_2;
+        carry->run.state.quat.z = nz * s_2;
         carry->run.guard.rest.bias.x = bias_x;
         carry->run.guard.rest.bias.y = bias_y;
         carry->run.guard.rest.bias.z = bias_z;
