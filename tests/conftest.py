@@ -13,7 +13,10 @@ from tests.reference.compile_once import compile_once
 from levelhead.engine import native
 
 MARKS = ("compiled", "full")
-LONGEST = ("test_lanes.py", "test_suites_in_c.py", "test_sensor.py", "test_same_bits.py", "test_selftest.py")
+LONGEST = (
+    "test_lanes.py", "test_suites_in_c.py", "test_sensor.py", "test_same_bits.py", "test_selftest.py",
+    "test_real_recordings.py", "test_smoothing.py", "test_aided_smoothing.py",
+)  # fmt: skip
 COMPILED_SOONER = ("EKF",)  # in blocks, with a σ of its own
 
 if importlib.util.find_spec("hypothesis"):  # .ci/pythons has none
