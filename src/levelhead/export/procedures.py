@@ -369,13 +369,16 @@ def called_kernels(roots: Sequence[KernelFunction]) -> set[KernelFunction]:
     callees: dict[KernelFunction, list[KernelFunction]] = {}
     weights: dict[KernelFunction, int] = {}
 
+    def is_rare(function: KernelFunction) -> bool:
+        return hasattr(function, "__noinline__") and weights.get(function, 0) >= RARE
+
     def visit(function: KernelFunction) -> None:
         if function in callees:
             return
         own, callees[function] = _operations(function)
         for callee in dict.fromkeys(callees[function]):
             visit(callee)
-        weights[function] = own + sum(weights.get(callee, 0) for callee in callees[function])
+        weights[function] = own + sum(1 if is_rare(callee) else weights.get(callee, 0) for callee in callees[function])
         order.append(function)
 
     for root in roots:
@@ -387,11 +390,13 @@ def called_kernels(roots: Sequence[KernelFunction]) -> set[KernelFunction]:
     often = {root for root in roots if not hasattr(root, "__noinline__")}
     called = set()
     for function in reversed(order):
-        rare = hasattr(function, "__noinline__") and weights[function] >= RARE
         again = (places[function] - 1) * weights[function]
         if function in makers:
             pass  # its arrays belong to whoever calls it
-        elif rare or (weights[function] >= WORTH if function in often else weights[function] >= RARE) * again >= WORTH:
+        elif (
+            is_rare(function)
+            or (weights[function] >= WORTH if function in often else weights[function] >= RARE) * again >= WORTH
+        ):
             called.add(function)
         for callee in callees[function]:
             places[callee] += 1 if function in called else places[function]

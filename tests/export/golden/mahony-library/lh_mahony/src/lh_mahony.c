@@ -606,36 +606,6 @@ static LH_RARE void detectors_update_plateau(Extreme *extreme, float high, float
     extreme->before = last;
 }
 
-/* Whether a reading is at full scale: full if known (not 0), else the largest one so far if it is a plateau. */
-static LH_CALLED void detectors_update_extreme(Extreme *extreme, float v_x, float v_y, float v_z, float full,
-    float dt)
-{
-    const float number = lh_max(lh_max(fabsf(v_x), fabsf(v_y)), fabsf(v_z));
-    if (full == 0.0f && number < DETECTORS_APPROACH * lh_min(extreme->up, extreme->down)) {
-        if (!(extreme->last == 0.0f && !extreme->clipped)) {
-            extreme->last = 0.0f;
-            extreme->before = 0.0f;
-            extreme->slope = 0.0f;
-            extreme->stay = DETECTORS_NOT_STEEP;
-            extreme->clipped = false;
-        }
-    } else {
-        if (full > 0.0f) {
-            extreme->up = full;
-            extreme->down = full;
-            extreme->last = 0.0f;
-            extreme->before = 0.0f;
-            extreme->slope = 0.0f;
-            extreme->stay = DETECTORS_NOT_STEEP;
-            extreme->found = 3;
-            extreme->clipped = number >= DETECTORS_PLATEAU * full;
-        } else {
-            detectors_update_plateau(extreme, lh_max(lh_max(v_x, v_y), v_z), -lh_min(lh_min(v_x, v_y), v_z),
-                dt);
-        }
-    }
-}
-
 /* ---- full_scale
  *
  * A sensor beyond its full scale: what it would have read, from the slope with which it came there.
@@ -704,40 +674,6 @@ static LH_RARE Vec3 full_scale_clipped_slope(const Approach *approach, float sha
     }
     const Vec3 found = {number_3, number_6, number_9};
     return found;
-}
-
-/* After a reading that lasts dt seconds; a plateau is known for full scale only when it has lasted. */
-static LH_CALLED void full_scale_update_approach(Approach *approach, const Extreme *extreme, float reading_x,
-    float reading_y, float reading_z, float dt)
-{
-    if (extreme->stay < 0.0f && !extreme->clipped) {
-        const float number = 1.0f / dt;
-        approach->slope.x = (reading_x - approach->last.x) * number;
-        approach->slope.y = (reading_y - approach->last.y) * number;
-        approach->slope.z = (reading_z - approach->last.z) * number;
-        approach->time = 0.0f;
-    } else {
-        float number_2;
-        bool first;
-        if (extreme->clipped) {
-            const float time = approach->time;
-            approach->time = lh_max(time, extreme->stay) + dt;
-            number_2 = 1.0f;
-            first = time == 0.0f;
-        } else {
-            approach->time = 0.0f;
-            number_2 = extreme->stay == 0.0f ? FULL_SCALE_LEAST_SLOPE : 1.0f;
-            first = true;
-        }
-        const Vec3 clipped_slope = full_scale_clipped_slope(approach, number_2, reading_x, reading_y,
-            reading_z, FULL_SCALE_AT_FULL_SCALE * lh_min(extreme->up, extreme->down), first, dt);
-        approach->slope.x = clipped_slope.x;
-        approach->slope.y = clipped_slope.y;
-        approach->slope.z = clipped_slope.z;
-    }
-    approach->last.x = reading_x;
-    approach->last.y = reading_y;
-    approach->last.z = reading_z;
 }
 
 /* The mean excess that the last reading, of dt seconds, beyond full scale, leaves out; at most as much as it
@@ -1116,6 +1052,8 @@ static LH_RARE HalfAngle quat_half_angle_far(float square)
 static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, float gyr_y, float gyr_z,
     float acc_x, float acc_y, float acc_z, float mag_x, float mag_y, float mag_z, float dt)
 {
+    Approach approach_1;
+    Approach approach_2;
     /* vec3.dot: a·b */
     const float rate2 = gyr_x * gyr_x + gyr_y * gyr_y + gyr_z * gyr_z;
     const float force2 = acc_x * acc_x + acc_y * acc_y + acc_z * acc_z;
@@ -1131,12 +1069,9 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
             : (!(rate2 < CONDITIONING_SQUARE_LIMIT) ? 1 : 0));
         health = health_2;
     }
-    const float last_x = carry->sample.rate.last.x;
-    const float last_y = carry->sample.rate.last.y;
-    const float last_z = carry->sample.rate.last.z;
-    float last_x_2;
-    float last_y_2;
-    float last_z_2;
+    float last_x;
+    float last_y;
+    float last_z;
     float acc_x_2;
     float acc_y_2;
     float acc_z_2;
@@ -1144,17 +1079,17 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
     float mag_y_2;
     float mag_z_2;
     if (health != 0) {
-        float last_x_3;
-        float last_y_3;
-        float last_z_3;
+        float last_x_2;
+        float last_y_2;
+        float last_z_2;
         if ((health & 1) != 0) {
-            last_x_3 = last_x;
-            last_y_3 = last_y;
-            last_z_3 = last_z;
+            last_x_2 = carry->sample.rate.last.x;
+            last_y_2 = carry->sample.rate.last.y;
+            last_z_2 = carry->sample.rate.last.z;
         } else {
-            last_x_3 = gyr_x;
-            last_y_3 = gyr_y;
-            last_z_3 = gyr_z;
+            last_x_2 = gyr_x;
+            last_y_2 = gyr_y;
+            last_z_2 = gyr_z;
         }
         float acc_x_3;
         float acc_y_3;
@@ -1180,9 +1115,9 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
             mag_y_3 = mag_y;
             mag_z_3 = mag_z;
         }
-        last_x_2 = last_x_3;
-        last_y_2 = last_y_3;
-        last_z_2 = last_z_3;
+        last_x = last_x_2;
+        last_y = last_y_2;
+        last_z = last_z_2;
         acc_x_2 = acc_x_3;
         acc_y_2 = acc_y_3;
         acc_z_2 = acc_z_3;
@@ -1190,9 +1125,9 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
         mag_y_2 = mag_y_3;
         mag_z_2 = mag_z_3;
     } else {
-        last_x_2 = gyr_x;
-        last_y_2 = gyr_y;
-        last_z_2 = gyr_z;
+        last_x = gyr_x;
+        last_y = gyr_y;
+        last_z = gyr_z;
         acc_x_2 = acc_x;
         acc_y_2 = acc_y;
         acc_z_2 = acc_z;
@@ -1228,7 +1163,6 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
         carry->sample.detected.jump.held_time = 0.0f;
         carry->sample.detected.jump.spikes = 0;
         carry->sample.detected.noise.time = 0.0f;
-        carry->sample.rate.time = 0.0f;
         carry->sample.force.time = 0.0f;
         carry->sample.acc.x = acc_x_2;
         carry->sample.acc.y = acc_y_2;
@@ -1253,9 +1187,9 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
         carry->sample.detected.sums.acc.z = 0.0f;
         carry->sample.detected.sums.time = 0.0f;
         carry->sample.detected.sums.complete = false;
-        carry->sample.detected.means.gyr.x = last_x_2;
-        carry->sample.detected.means.gyr.y = last_y_2;
-        carry->sample.detected.means.gyr.z = last_z_2;
+        carry->sample.detected.means.gyr.x = last_x;
+        carry->sample.detected.means.gyr.y = last_y;
+        carry->sample.detected.means.gyr.z = last_z;
         carry->sample.detected.means.acc.x = acc_x_2;
         carry->sample.detected.means.acc.y = acc_y_2;
         carry->sample.detected.means.acc.z = acc_z_2;
@@ -1265,9 +1199,9 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
         carry->sample.detected.acc_repeat.last.x = 0.0f;
         carry->sample.detected.acc_repeat.last.y = 0.0f;
         carry->sample.detected.acc_repeat.last.z = 0.0f;
-        carry->sample.detected.jump.rate.x = last_x_2;
-        carry->sample.detected.jump.rate.y = last_y_2;
-        carry->sample.detected.jump.rate.z = last_z_2;
+        carry->sample.detected.jump.rate.x = last_x;
+        carry->sample.detected.jump.rate.y = last_y;
+        carry->sample.detected.jump.rate.z = last_z;
         carry->sample.detected.jump.held.x = 0.0f;
         carry->sample.detected.jump.held.y = 0.0f;
         carry->sample.detected.jump.held.z = 0.0f;
@@ -1290,12 +1224,13 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
         carry->sample.detected.noise.evidence.y = 0.0f;
         carry->sample.detected.noise.evidence.z = 0.0f;
         carry->sample.detected.far_from_g = false;
-        carry->sample.rate.last.x = last_x_2;
-        carry->sample.rate.last.y = last_y_2;
-        carry->sample.rate.last.z = last_z_2;
+        carry->sample.rate.last.x = last_x;
+        carry->sample.rate.last.y = last_y;
+        carry->sample.rate.last.z = last_z;
         carry->sample.rate.slope.x = 0.0f;
         carry->sample.rate.slope.y = 0.0f;
         carry->sample.rate.slope.z = 0.0f;
+        carry->sample.rate.time = 0.0f;
         carry->sample.force.last.x = acc_x_2;
         carry->sample.force.last.y = acc_y_2;
         carry->sample.force.last.z = acc_z_2;
@@ -1334,15 +1269,15 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
         /* detectors.detect: The detectors after one sample (rad/s, m/s², dt s). */
         const bool no_acc = (health & 2) != 0;
         const bool number_5 = !no_gyr;
-        float last_x_4;
-        float last_y_4;
-        float last_z_4;
+        float last_x_3;
+        float last_y_3;
+        float last_z_3;
         int32_t at_2;
         if (number_5) {
             const float number_6 = settings->guard.gyr_range * UNITS_DEGREE;
             const bool plausible = number_4
-                || (number_6 > 0.0f && lh_max(lh_max(fabsf(last_x_2), fabsf(last_y_2)),
-                fabsf(last_z_2)) >= DETECTORS_PLATEAU * number_6);
+                || (number_6 > 0.0f && lh_max(lh_max(fabsf(last_x), fabsf(last_y)),
+                fabsf(last_z)) >= DETECTORS_PLATEAU * number_6);
             const float force_x = carry->sample.detected.jump.force.x;
             const float force_y = carry->sample.detected.jump.force.y;
             const float force_z = carry->sample.detected.jump.force.z;
@@ -1352,9 +1287,9 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
                 carry->sample.detected.jump.force.z = acc_z_2;
             }
             /* vec3.sub: a − b */
-            const float number_7 = last_x_2 - carry->sample.detected.jump.rate.x;
-            const float number_8 = last_y_2 - carry->sample.detected.jump.rate.y;
-            const float number_9 = last_z_2 - carry->sample.detected.jump.rate.z;
+            const float number_7 = last_x - carry->sample.detected.jump.rate.x;
+            const float number_8 = last_y - carry->sample.detected.jump.rate.y;
+            const float number_9 = last_z - carry->sample.detected.jump.rate.z;
             /* vec3.dot: a·b */
             const float change2 = number_7 * number_7 + number_8 * number_8 + number_9 * number_9;
             /* vec3.sub: a − b */
@@ -1386,9 +1321,9 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
                         RATE_JUMP_MOST_RETURN * dt) / dt;
                     carry->sample.detected.jump.usual2 = lh_max(held2, carry->sample.detected.jump.usual2);
                     carry->sample.detected.jump.held_time = 0.0f;
-                    carry->sample.detected.jump.rate.x = last_x_2;
-                    carry->sample.detected.jump.rate.y = last_y_2;
-                    carry->sample.detected.jump.rate.z = last_z_2;
+                    carry->sample.detected.jump.rate.x = last_x;
+                    carry->sample.detected.jump.rate.y = last_y;
+                    carry->sample.detected.jump.rate.z = last_z;
                     carry->sample.detected.jump.returned.x = carry->sample.detected.jump.held.x * number_18;
                     carry->sample.detected.jump.returned.y = carry->sample.detected.jump.held.y * number_18;
                     carry->sample.detected.jump.returned.z = carry->sample.detected.jump.held.z * number_18;
@@ -1410,9 +1345,9 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
                             carry->sample.detected.jump.usual2 * RATE_JUMP_USUAL_TIME
                             / (RATE_JUMP_USUAL_TIME + 2.0f * dt));
                         carry->sample.detected.jump.held_time = 0.0f;
-                        carry->sample.detected.jump.rate.x = last_x_2;
-                        carry->sample.detected.jump.rate.y = last_y_2;
-                        carry->sample.detected.jump.rate.z = last_z_2;
+                        carry->sample.detected.jump.rate.x = last_x;
+                        carry->sample.detected.jump.rate.y = last_y;
+                        carry->sample.detected.jump.rate.z = last_z;
                     }
                     carry->sample.detected.jump.returned.x = 0.0f;
                     carry->sample.detected.jump.returned.y = 0.0f;
@@ -1434,9 +1369,9 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
                         carry->sample.detected.jump.usual2 * RATE_JUMP_USUAL_TIME
                         / (RATE_JUMP_USUAL_TIME + 2.0f * dt));
                     carry->sample.detected.jump.held_time = 0.0f;
-                    carry->sample.detected.jump.rate.x = last_x_2;
-                    carry->sample.detected.jump.rate.y = last_y_2;
-                    carry->sample.detected.jump.rate.z = last_z_2;
+                    carry->sample.detected.jump.rate.x = last_x;
+                    carry->sample.detected.jump.rate.y = last_y;
+                    carry->sample.detected.jump.rate.z = last_z;
                 }
                 carry->sample.detected.jump.returned.x = 0.0f;
                 carry->sample.detected.jump.returned.y = 0.0f;
@@ -1444,14 +1379,14 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
                 spikes = 0;
             }
             carry->sample.detected.jump.spikes = spikes;
-            last_x_4 = carry->sample.detected.jump.rate.x;
-            last_y_4 = carry->sample.detected.jump.rate.y;
-            last_z_4 = carry->sample.detected.jump.rate.z;
+            last_x_3 = carry->sample.detected.jump.rate.x;
+            last_y_3 = carry->sample.detected.jump.rate.y;
+            last_z_3 = carry->sample.detected.jump.rate.z;
             at_2 = spikes > 0 ? 32768 : 0;
         } else {
-            last_x_4 = last_x_2;
-            last_y_4 = last_y_2;
-            last_z_4 = last_z_2;
+            last_x_3 = last_x;
+            last_y_3 = last_y;
+            last_z_3 = last_z;
             at_2 = 0;
         }
         float gyr_x_2;
@@ -1462,9 +1397,9 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
             gyr_y_2 = carry->sample.detected.means.gyr.y;
             gyr_z_2 = carry->sample.detected.means.gyr.z;
         } else {
-            gyr_x_2 = last_x_4;
-            gyr_y_2 = last_y_4;
-            gyr_z_2 = last_z_4;
+            gyr_x_2 = last_x_3;
+            gyr_y_2 = last_y_3;
+            gyr_z_2 = last_z_3;
         }
         float acc_x_4;
         float acc_y_4;
@@ -1570,40 +1505,73 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
         }
         int32_t health_3;
         if (number_5) {
-            detectors_update_extreme(&carry->sample.detected.gyr_extreme, last_x_4, last_y_4, last_z_4,
-                settings->guard.gyr_range * UNITS_DEGREE, dt);
+            /* detectors.detect: The detectors after one sample (rad/s, m/s², dt s). */
+            const float number_26 = settings->guard.gyr_range * UNITS_DEGREE;
+            /* detectors.update_extreme: Whether a reading is at full scale: full if known (not 0), else the
+             * largest one so far if it is a plateau.
+             */
+            const float number_27 = fabsf(last_x_3);
+            const float number_28 = fabsf(last_y_3);
+            const float number_29 = fabsf(last_z_3);
+            const float number_30 = lh_max(lh_max(number_27, number_28), number_29);
+            if (number_26 == 0.0f && number_30 < DETECTORS_APPROACH
+                * lh_min(carry->sample.detected.gyr_extreme.up, carry->sample.detected.gyr_extreme.down)) {
+                if (!(carry->sample.detected.gyr_extreme.last == 0.0f
+                    && !carry->sample.detected.gyr_extreme.clipped)) {
+                    carry->sample.detected.gyr_extreme.last = 0.0f;
+                    carry->sample.detected.gyr_extreme.before = 0.0f;
+                    carry->sample.detected.gyr_extreme.slope = 0.0f;
+                    carry->sample.detected.gyr_extreme.stay = DETECTORS_NOT_STEEP;
+                    carry->sample.detected.gyr_extreme.clipped = false;
+                }
+            } else {
+                if (number_26 > 0.0f) {
+                    carry->sample.detected.gyr_extreme.up = number_26;
+                    carry->sample.detected.gyr_extreme.down = number_26;
+                    carry->sample.detected.gyr_extreme.last = 0.0f;
+                    carry->sample.detected.gyr_extreme.before = 0.0f;
+                    carry->sample.detected.gyr_extreme.slope = 0.0f;
+                    carry->sample.detected.gyr_extreme.stay = DETECTORS_NOT_STEEP;
+                    carry->sample.detected.gyr_extreme.found = 3;
+                    carry->sample.detected.gyr_extreme.clipped = number_30 >= DETECTORS_PLATEAU * number_26;
+                } else {
+                    detectors_update_plateau(&carry->sample.detected.gyr_extreme,
+                        lh_max(lh_max(last_x_3, last_y_3), last_z_3),
+                        -lh_min(lh_min(last_x_3, last_y_3), last_z_3), dt);
+                }
+            }
             if (carry->sample.detected.gyr_repeat.step > DETECTORS_NO_STEP) {
                 carry->sample.detected.gyr_repeat.axes = 0;
                 carry->sample.detected.gyr_repeat.time = 0.0f;
                 carry->sample.detected.gyr_repeat.step = DETECTORS_NO_STEP;
-                carry->sample.detected.gyr_repeat.last.x = last_x_4;
-                carry->sample.detected.gyr_repeat.last.y = last_y_4;
-                carry->sample.detected.gyr_repeat.last.z = last_z_4;
+                carry->sample.detected.gyr_repeat.last.x = last_x_3;
+                carry->sample.detected.gyr_repeat.last.y = last_y_3;
+                carry->sample.detected.gyr_repeat.last.z = last_z_3;
             } else {
                 /* detectors.update_repeat: Which axes repeat their last value while another one moves. */
-                const float p = fabsf(last_x_4 - carry->sample.detected.gyr_repeat.last.x);
-                const float q = fabsf(last_y_4 - carry->sample.detected.gyr_repeat.last.y);
-                const float r = fabsf(last_z_4 - carry->sample.detected.gyr_repeat.last.z);
+                const float p = fabsf(last_x_3 - carry->sample.detected.gyr_repeat.last.x);
+                const float q = fabsf(last_y_3 - carry->sample.detected.gyr_repeat.last.y);
+                const float r = fabsf(last_z_3 - carry->sample.detected.gyr_repeat.last.z);
                 const float smallest = lh_min(lh_min(p, q), r);
                 if (smallest > 0.0f) {
                     carry->sample.detected.gyr_repeat.axes = 0;
                     carry->sample.detected.gyr_repeat.time = 0.0f;
                     carry->sample.detected.gyr_repeat.step = lh_min(carry->sample.detected.gyr_repeat.step,
                         smallest);
-                    carry->sample.detected.gyr_repeat.last.x = last_x_4;
-                    carry->sample.detected.gyr_repeat.last.y = last_y_4;
-                    carry->sample.detected.gyr_repeat.last.z = last_z_4;
+                    carry->sample.detected.gyr_repeat.last.x = last_x_3;
+                    carry->sample.detected.gyr_repeat.last.y = last_y_3;
+                    carry->sample.detected.gyr_repeat.last.z = last_z_3;
                 } else {
                     const float p_2 = 0.0f < p && p < carry->sample.detected.gyr_repeat.step ? p
                         : carry->sample.detected.gyr_repeat.step;
                     const float q_2 = 0.0f < q && q < p_2 ? q : p_2;
                     const float r_2 = 0.0f < r && r < q_2 ? r : q_2;
                     if (!(lh_max(lh_max(p, q), r) < lh_max(DETECTORS_LEAST, DETECTORS_STEPS * r_2))) {
-                        const int32_t same = r == 0.0f && last_z_4 != 0.0f
-                            ? (q == 0.0f && last_y_4 != 0.0f ? (p == 0.0f && last_x_4 != 0.0f ? 1 : 0) | 2
-                            : (p == 0.0f && last_x_4 != 0.0f ? 1 : 0)) | 4
-                            : (q == 0.0f && last_y_4 != 0.0f ? (p == 0.0f && last_x_4 != 0.0f ? 1 : 0) | 2
-                            : (p == 0.0f && last_x_4 != 0.0f ? 1 : 0));
+                        const int32_t same = r == 0.0f && last_z_3 != 0.0f
+                            ? (q == 0.0f && last_y_3 != 0.0f ? (p == 0.0f && last_x_3 != 0.0f ? 1 : 0) | 2
+                            : (p == 0.0f && last_x_3 != 0.0f ? 1 : 0)) | 4
+                            : (q == 0.0f && last_y_3 != 0.0f ? (p == 0.0f && last_x_3 != 0.0f ? 1 : 0) | 2
+                            : (p == 0.0f && last_x_3 != 0.0f ? 1 : 0));
                         const int32_t at_3 = carry->sample.detected.gyr_repeat.axes & same;
                         if (at_3 == 0) {
                             carry->sample.detected.gyr_repeat.axes = same;
@@ -1613,18 +1581,18 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
                             carry->sample.detected.gyr_repeat.time = carry->sample.detected.gyr_repeat.time
                                 + dt;
                         }
-                        carry->sample.detected.gyr_repeat.last.x = last_x_4;
-                        carry->sample.detected.gyr_repeat.last.y = last_y_4;
-                        carry->sample.detected.gyr_repeat.last.z = last_z_4;
+                        carry->sample.detected.gyr_repeat.last.x = last_x_3;
+                        carry->sample.detected.gyr_repeat.last.y = last_y_3;
+                        carry->sample.detected.gyr_repeat.last.z = last_z_3;
                     }
                     carry->sample.detected.gyr_repeat.step = r_2;
                 }
             }
             /* rate_noise.update_noise: After a rate (rad/s) over dt seconds, which is of the noise alone where it is quiet.
              */
-            const float x_5 = fabsf(last_x_4 - carry->sample.detected.noise.last.x);
-            const float y_5 = fabsf(last_y_4 - carry->sample.detected.noise.last.y);
-            const float z_5 = fabsf(last_z_4 - carry->sample.detected.noise.last.z);
+            const float x_5 = fabsf(last_x_3 - carry->sample.detected.noise.last.x);
+            const float y_5 = fabsf(last_y_3 - carry->sample.detected.noise.last.y);
+            const float z_5 = fabsf(last_z_3 - carry->sample.detected.noise.last.z);
             const float change_x = carry->sample.detected.noise.change.x;
             const float change_y = carry->sample.detected.noise.change.y;
             const float change_z = carry->sample.detected.noise.change.z;
@@ -1655,31 +1623,28 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
                 y_6 = 0.0f;
                 z_6 = 0.0f;
             } else {
-                float number_26;
-                float number_27;
-                float number_28;
+                float number_31;
+                float number_32;
+                float number_33;
                 if (!(carry->sample.detected.noise.time + number >= RATE_NOISE_LEAST_TIME)) {
-                    number_26 = 0.0f;
-                    number_27 = 0.0f;
-                    number_28 = 0.0f;
+                    number_31 = 0.0f;
+                    number_32 = 0.0f;
+                    number_33 = 0.0f;
                 } else {
-                    number_26 = x_5 > RATE_NOISE_SMALL * change_x || fabsf(last_x_4) > RATE_NOISE_LEAST_SCALE
-                        ? 0.0f : carry->sample.detected.noise.evidence.x
-                        + carry->sample.detected.noise.share.x;
-                    number_27 = y_5 > RATE_NOISE_SMALL * change_y || fabsf(last_y_4) > RATE_NOISE_LEAST_SCALE
-                        ? 0.0f : carry->sample.detected.noise.evidence.y
-                        + carry->sample.detected.noise.share.y;
-                    number_28 = z_5 > RATE_NOISE_SMALL * change_z || fabsf(last_z_4) > RATE_NOISE_LEAST_SCALE
-                        ? 0.0f : carry->sample.detected.noise.evidence.z
-                        + carry->sample.detected.noise.share.z;
+                    number_31 = x_5 > RATE_NOISE_SMALL * change_x || number_27 > RATE_NOISE_LEAST_SCALE ? 0.0f
+                        : carry->sample.detected.noise.evidence.x + carry->sample.detected.noise.share.x;
+                    number_32 = y_5 > RATE_NOISE_SMALL * change_y || number_28 > RATE_NOISE_LEAST_SCALE ? 0.0f
+                        : carry->sample.detected.noise.evidence.y + carry->sample.detected.noise.share.y;
+                    number_33 = z_5 > RATE_NOISE_SMALL * change_z || number_29 > RATE_NOISE_LEAST_SCALE ? 0.0f
+                        : carry->sample.detected.noise.evidence.z + carry->sample.detected.noise.share.z;
                 }
-                x_6 = number_26;
-                y_6 = number_27;
-                z_6 = number_28;
+                x_6 = number_31;
+                y_6 = number_32;
+                z_6 = number_33;
             }
-            carry->sample.detected.noise.last.x = last_x_4;
-            carry->sample.detected.noise.last.y = last_y_4;
-            carry->sample.detected.noise.last.z = last_z_4;
+            carry->sample.detected.noise.last.x = last_x_3;
+            carry->sample.detected.noise.last.y = last_y_3;
+            carry->sample.detected.noise.last.z = last_z_3;
             carry->sample.detected.noise.evidence.x = x_6;
             carry->sample.detected.noise.evidence.y = y_6;
             carry->sample.detected.noise.evidence.z = z_6;
@@ -1695,8 +1660,38 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
         bool far;
         int32_t health_4;
         if (!no_acc) {
-            detectors_update_extreme(&carry->sample.detected.acc_extreme, acc_x_2, acc_y_2, acc_z_2,
-                settings->guard.acc_range, dt);
+            /* detectors.update_extreme: Whether a reading is at full scale: full if known (not 0), else the
+             * largest one so far if it is a plateau.
+             */
+            const float number_34 = lh_max(lh_max(fabsf(acc_x_2), fabsf(acc_y_2)), fabsf(acc_z_2));
+            if (settings->guard.acc_range == 0.0f
+                && number_34 < DETECTORS_APPROACH
+                * lh_min(carry->sample.detected.acc_extreme.up, carry->sample.detected.acc_extreme.down)) {
+                if (!(carry->sample.detected.acc_extreme.last == 0.0f
+                    && !carry->sample.detected.acc_extreme.clipped)) {
+                    carry->sample.detected.acc_extreme.last = 0.0f;
+                    carry->sample.detected.acc_extreme.before = 0.0f;
+                    carry->sample.detected.acc_extreme.slope = 0.0f;
+                    carry->sample.detected.acc_extreme.stay = DETECTORS_NOT_STEEP;
+                    carry->sample.detected.acc_extreme.clipped = false;
+                }
+            } else {
+                if (settings->guard.acc_range > 0.0f) {
+                    carry->sample.detected.acc_extreme.up = settings->guard.acc_range;
+                    carry->sample.detected.acc_extreme.down = settings->guard.acc_range;
+                    carry->sample.detected.acc_extreme.last = 0.0f;
+                    carry->sample.detected.acc_extreme.before = 0.0f;
+                    carry->sample.detected.acc_extreme.slope = 0.0f;
+                    carry->sample.detected.acc_extreme.stay = DETECTORS_NOT_STEEP;
+                    carry->sample.detected.acc_extreme.found = 3;
+                    carry->sample.detected.acc_extreme.clipped = number_34 >= DETECTORS_PLATEAU
+                        * settings->guard.acc_range;
+                } else {
+                    detectors_update_plateau(&carry->sample.detected.acc_extreme,
+                        lh_max(lh_max(acc_x_2, acc_y_2), acc_z_2), -lh_min(lh_min(acc_x_2, acc_y_2), acc_z_2),
+                        dt);
+                }
+            }
             if (carry->sample.detected.acc_repeat.step > DETECTORS_NO_STEP) {
                 carry->sample.detected.acc_repeat.axes = 0;
                 carry->sample.detected.acc_repeat.time = 0.0f;
@@ -1764,31 +1759,31 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
             far = carry->sample.detected.far_from_g;
             health_4 = health_3;
         }
-        float last_x_5;
-        float last_y_5;
-        float last_z_5;
+        float last_x_4;
+        float last_y_4;
+        float last_z_4;
         if (at == 0) {
-            float number_29;
-            float number_30;
-            float number_31;
+            float number_35;
+            float number_36;
+            float number_37;
             if (lh_max(lh_max(carry->sample.detected.noise.evidence.x,
                 carry->sample.detected.noise.evidence.y),
                 carry->sample.detected.noise.evidence.z) > RATE_NOISE_SURE) {
-                number_29 = 0.0f;
-                number_30 = 0.0f;
-                number_31 = 0.0f;
+                number_35 = 0.0f;
+                number_36 = 0.0f;
+                number_37 = 0.0f;
             } else {
-                number_29 = carry->sample.detected.jump.rate.x + carry->sample.detected.jump.returned.x;
-                number_30 = carry->sample.detected.jump.rate.y + carry->sample.detected.jump.returned.y;
-                number_31 = carry->sample.detected.jump.rate.z + carry->sample.detected.jump.returned.z;
+                number_35 = carry->sample.detected.jump.rate.x + carry->sample.detected.jump.returned.x;
+                number_36 = carry->sample.detected.jump.rate.y + carry->sample.detected.jump.returned.y;
+                number_37 = carry->sample.detected.jump.rate.z + carry->sample.detected.jump.returned.z;
             }
-            last_x_5 = number_29;
-            last_y_5 = number_30;
-            last_z_5 = number_31;
+            last_x_4 = number_35;
+            last_y_4 = number_36;
+            last_z_4 = number_37;
         } else {
-            last_x_5 = last_x_2;
-            last_y_5 = last_y_2;
-            last_z_5 = last_z_2;
+            last_x_4 = last_x;
+            last_y_4 = last_y;
+            last_z_4 = last_z;
         }
         /* conditioning.condition: The next sample, conditioned; sample is the one before. */
         const int32_t health_6 = health | health_4;
@@ -1796,8 +1791,43 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
         float acc_y_6;
         float acc_z_6;
         if (acc_x_2 * acc_x_2 + acc_y_2 * acc_y_2 + acc_z_2 * acc_z_2 > TILT_NO_LENGTH) {
-            full_scale_update_approach(&carry->sample.force, &carry->sample.detected.acc_extreme, acc_x_2,
-                acc_y_2, acc_z_2, dt);
+            float number_38;
+            float number_39;
+            float number_40;
+            float time_2;
+            if (carry->sample.detected.acc_extreme.stay < 0.0f
+                && !carry->sample.detected.acc_extreme.clipped) {
+                /* full_scale.update_approach: After a reading that lasts dt seconds; a plateau is known for
+                 * full scale only when it has lasted.
+                 */
+                const float number_41 = 1.0f / dt;
+                number_38 = (acc_x_2 - carry->sample.force.last.x) * number_41;
+                number_39 = (acc_y_2 - carry->sample.force.last.y) * number_41;
+                number_40 = (acc_z_2 - carry->sample.force.last.z) * number_41;
+                time_2 = 0.0f;
+            } else {
+                float number_42;
+                bool first;
+                float time_3;
+                if (carry->sample.detected.acc_extreme.clipped) {
+                    number_42 = 1.0f;
+                    first = carry->sample.force.time == 0.0f;
+                    time_3 = lh_max(carry->sample.force.time, carry->sample.detected.acc_extreme.stay) + dt;
+                } else {
+                    number_42 = carry->sample.detected.acc_extreme.stay == 0.0f ? FULL_SCALE_LEAST_SLOPE
+                        : 1.0f;
+                    first = true;
+                    time_3 = 0.0f;
+                }
+                const Vec3 clipped_slope = full_scale_clipped_slope(&carry->sample.force, number_42, acc_x_2,
+                    acc_y_2, acc_z_2, FULL_SCALE_AT_FULL_SCALE
+                    * lh_min(carry->sample.detected.acc_extreme.up, carry->sample.detected.acc_extreme.down),
+                    first, dt);
+                number_38 = clipped_slope.x;
+                number_39 = clipped_slope.y;
+                number_40 = clipped_slope.z;
+                time_2 = time_3;
+            }
             float acc_x_7;
             float acc_y_7;
             float acc_z_7;
@@ -1809,8 +1839,15 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
                 float acc_x_8;
                 float acc_y_8;
                 float acc_z_8;
-                if (carry->sample.force.time > 0.0f) {
-                    const Vec3 mean_beyond = full_scale_mean_beyond(&carry->sample.force, dt);
+                if (time_2 > 0.0f) {
+                    approach_1.last.x = acc_x_2;
+                    approach_1.last.y = acc_y_2;
+                    approach_1.last.z = acc_z_2;
+                    approach_1.slope.x = number_38;
+                    approach_1.slope.y = number_39;
+                    approach_1.slope.z = number_40;
+                    approach_1.time = time_2;
+                    const Vec3 mean_beyond = full_scale_mean_beyond(&approach_1, dt);
                     acc_x_8 = acc_x_2 + mean_beyond.x;
                     acc_y_8 = acc_y_2 + mean_beyond.y;
                     acc_z_8 = acc_z_2 + mean_beyond.z;
@@ -1823,6 +1860,13 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
                 acc_y_7 = acc_y_8;
                 acc_z_7 = acc_z_8;
             }
+            carry->sample.force.time = time_2;
+            carry->sample.force.last.x = acc_x_2;
+            carry->sample.force.last.y = acc_y_2;
+            carry->sample.force.last.z = acc_z_2;
+            carry->sample.force.slope.x = number_38;
+            carry->sample.force.slope.y = number_39;
+            carry->sample.force.slope.z = number_40;
             acc_x_6 = acc_x_7;
             acc_y_6 = acc_y_7;
             acc_z_6 = acc_z_7;
@@ -1834,119 +1878,149 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
         const int32_t health_7 = dt > TILT_GAP_SECONDS ? health_6 | 8 : health_6;
         /* conditioning.unmeasured_rotation: The rotation while the rate was unusable; its variance is 0 up to LEAST_ROTATION.
          */
-        const bool number_32 = (health_7 & 161) == 0;
+        const bool number_43 = (health_7 & 161) == 0;
         float rate_age;
         float unmeasured;
-        if (number_32) {
+        if (number_43) {
             rate_age = 0.0f;
             unmeasured = 0.0f;
         } else {
-            const float number_33 = carry->sample.rate_age + dt;
-            const float after = TILT_TURN * number_33;
-            float number_34;
+            const float number_44 = carry->sample.rate_age + dt;
+            const float after = TILT_TURN * number_44;
+            float number_45;
             if (after <= CONDITIONING_LEAST_ROTATION) {
-                number_34 = 0.0f;
+                number_45 = 0.0f;
             } else {
-                number_34 = after * after
+                number_45 = after * after
                     - (TILT_TURN * carry->sample.rate_age > CONDITIONING_LEAST_ROTATION
                     ? TILT_TURN * carry->sample.rate_age * (TILT_TURN * carry->sample.rate_age) : 0.0f);
             }
-            rate_age = number_33;
-            unmeasured = number_34;
+            rate_age = number_44;
+            unmeasured = number_45;
         }
-        const float time_2 = carry->sample.rate.time;
-        float last_x_6;
-        float last_y_6;
-        float last_z_6;
-        if ((health_7 & 32) != 0 || number_32) {
-            full_scale_update_approach(&carry->sample.rate, &carry->sample.detected.gyr_extreme, last_x_5,
-                last_y_5, last_z_5, dt);
-            last_x_6 = carry->sample.rate.last.x;
-            last_y_6 = carry->sample.rate.last.y;
-            last_z_6 = carry->sample.rate.last.z;
+        float time_4;
+        if ((health_7 & 32) != 0 || number_43) {
+            float time_5;
+            if (carry->sample.detected.gyr_extreme.stay < 0.0f
+                && !carry->sample.detected.gyr_extreme.clipped) {
+                /* full_scale.update_approach: After a reading that lasts dt seconds; a plateau is known for
+                 * full scale only when it has lasted.
+                 */
+                const float number_46 = 1.0f / dt;
+                carry->sample.rate.slope.x = (last_x_4 - carry->sample.rate.last.x) * number_46;
+                carry->sample.rate.slope.y = (last_y_4 - carry->sample.rate.last.y) * number_46;
+                carry->sample.rate.slope.z = (last_z_4 - carry->sample.rate.last.z) * number_46;
+                time_5 = 0.0f;
+            } else {
+                float number_47;
+                bool first_2;
+                float time_6;
+                if (carry->sample.detected.gyr_extreme.clipped) {
+                    number_47 = 1.0f;
+                    first_2 = carry->sample.rate.time == 0.0f;
+                    time_6 = lh_max(carry->sample.rate.time, carry->sample.detected.gyr_extreme.stay) + dt;
+                } else {
+                    number_47 = carry->sample.detected.gyr_extreme.stay == 0.0f ? FULL_SCALE_LEAST_SLOPE
+                        : 1.0f;
+                    first_2 = true;
+                    time_6 = 0.0f;
+                }
+                const Vec3 clipped_slope_2 = full_scale_clipped_slope(&carry->sample.rate, number_47,
+                    last_x_4, last_y_4, last_z_4,
+                    FULL_SCALE_AT_FULL_SCALE * lh_min(carry->sample.detected.gyr_extreme.up,
+                    carry->sample.detected.gyr_extreme.down), first_2, dt);
+                carry->sample.rate.slope.x = clipped_slope_2.x;
+                carry->sample.rate.slope.y = clipped_slope_2.y;
+                carry->sample.rate.slope.z = clipped_slope_2.z;
+                time_5 = time_6;
+            }
+            time_4 = time_5;
         } else {
-            carry->sample.rate.time = 0.0f;
-            last_x_6 = last_x_5;
-            last_y_6 = last_y_5;
-            last_z_6 = last_z_5;
+            time_4 = 0.0f;
         }
-        float last_x_7;
-        float last_y_7;
-        float last_z_7;
+        float last_x_5;
+        float last_y_5;
+        float last_z_5;
         float unmeasured_2;
-        if (carry->sample.rate.time > 0.0f) {
+        if (time_4 > 0.0f) {
             /* full_scale.squared_excess: u² s², square of the integral a T²/6 of what is beyond, time seconds
              * after full scale was reached.
              */
-            const float missed = carry->sample.rate.time * carry->sample.rate.time / 6.0f;
-            const float number_35 = carry->sample.rate.slope.x * carry->sample.rate.slope.x
+            const float missed = time_4 * time_4 / 6.0f;
+            const float number_48 = carry->sample.rate.slope.x * carry->sample.rate.slope.x
                 + carry->sample.rate.slope.y * carry->sample.rate.slope.y
                 + carry->sample.rate.slope.z * carry->sample.rate.slope.z;
-            const float missed_2 = time_2 * time_2 / 6.0f;
-            carry->sample.rate.last.x = last_x_6;
-            carry->sample.rate.last.y = last_y_6;
-            carry->sample.rate.last.z = last_z_6;
-            const Vec3 mean_beyond_2 = full_scale_mean_beyond(&carry->sample.rate, dt);
-            carry->sample.rate_age = carry->sample.rate.time;
-            last_x_7 = last_x_5 + mean_beyond_2.x;
-            last_y_7 = last_y_5 + mean_beyond_2.y;
-            last_z_7 = last_z_5 + mean_beyond_2.z;
+            const float missed_2 = carry->sample.rate.time * carry->sample.rate.time / 6.0f;
+            approach_2.last.x = last_x_4;
+            approach_2.last.y = last_y_4;
+            approach_2.last.z = last_z_4;
+            approach_2.slope.x = carry->sample.rate.slope.x;
+            approach_2.slope.y = carry->sample.rate.slope.y;
+            approach_2.slope.z = carry->sample.rate.slope.z;
+            approach_2.time = time_4;
+            const Vec3 mean_beyond_2 = full_scale_mean_beyond(&approach_2, dt);
+            carry->sample.rate_age = time_4;
+            last_x_5 = last_x_4 + mean_beyond_2.x;
+            last_y_5 = last_y_4 + mean_beyond_2.y;
+            last_z_5 = last_z_4 + mean_beyond_2.z;
             unmeasured_2 = FULL_SCALE_RATE_SHARE * FULL_SCALE_RATE_SHARE
-                * (missed * missed * number_35 - missed_2 * missed_2 * number_35);
+                * (missed * missed * number_48 - missed_2 * missed_2 * number_48);
         } else {
-            float last_x_8;
-            float last_y_8;
-            float last_z_8;
+            float last_x_6;
+            float last_y_6;
+            float last_z_6;
             float unmeasured_3;
             if ((health_7 & 169) == 0) {
                 float unmeasured_4;
                 if (number_4) {
                     /* vec3.sub: a − b */
-                    const float number_36 = last_x_5 - last_x;
-                    const float number_37 = last_y_5 - last_y;
-                    const float number_38 = last_z_5 - last_z;
+                    const float number_49 = last_x_4 - carry->sample.rate.last.x;
+                    const float number_50 = last_y_4 - carry->sample.rate.last.y;
+                    const float number_51 = last_z_4 - carry->sample.rate.last.z;
                     /* conditioning.lost_variance: rad², about each axis, of the rotation in lost seconds
                      * without samples, if the mean of the rates before and after is held for it.
                      */
-                    const float number_39 = CONDITIONING_CHANGE_VARIANCE
-                        * (number_36 * number_36 + number_37 * number_37 + number_38 * number_38)
+                    const float number_52 = CONDITIONING_CHANGE_VARIANCE
+                        * (number_49 * number_49 + number_50 * number_50 + number_51 * number_51)
                         + CONDITIONING_RETURN_VARIANCE
-                        * lh_max(last_x_5 * last_x_5 + last_y_5 * last_y_5 + last_z_5 * last_z_5,
-                        last_x * last_x + last_y * last_y + last_z * last_z);
-                    unmeasured_4 = lost * lost * number_39;
+                        * lh_max(last_x_4 * last_x_4 + last_y_4 * last_y_4 + last_z_4 * last_z_4,
+                        carry->sample.rate.last.x * carry->sample.rate.last.x
+                        + carry->sample.rate.last.y * carry->sample.rate.last.y
+                        + carry->sample.rate.last.z * carry->sample.rate.last.z);
+                    unmeasured_4 = lost * lost * number_52;
                 } else {
                     unmeasured_4 = unmeasured;
                 }
                 /* detectors.mean_rate: The mean rate (rad/s) over the dt seconds between the stamps of two readings. */
                 const float share = lh_max(0.5f - DETECTORS_GROUP_DELAY / dt, 0.0f);
-                last_x_8 = last_x_5 - (last_x_5 - last_x) * share;
-                last_y_8 = last_y_5 - (last_y_5 - last_y) * share;
-                last_z_8 = last_z_5 - (last_z_5 - last_z) * share;
+                last_x_6 = last_x_4 - (last_x_4 - carry->sample.rate.last.x) * share;
+                last_y_6 = last_y_4 - (last_y_4 - carry->sample.rate.last.y) * share;
+                last_z_6 = last_z_4 - (last_z_4 - carry->sample.rate.last.z) * share;
                 unmeasured_3 = unmeasured_4;
             } else {
-                last_x_8 = last_x_5;
-                last_y_8 = last_y_5;
-                last_z_8 = last_z_5;
+                last_x_6 = last_x_4;
+                last_y_6 = last_y_4;
+                last_z_6 = last_z_4;
                 unmeasured_3 = unmeasured;
             }
             carry->sample.rate_age = rate_age;
-            last_x_7 = last_x_8;
-            last_y_7 = last_y_8;
-            last_z_7 = last_z_8;
+            last_x_5 = last_x_6;
+            last_y_5 = last_y_6;
+            last_z_5 = last_z_6;
             unmeasured_2 = unmeasured_3;
         }
-        const bool number_40 = carry->sample.since_sigma
+        const bool number_53 = carry->sample.since_sigma
             + ELAPSED_SLACK * carry->sample.dt >= OBSERVER_COVARIANCE_INTERVAL
             || carry->sample.unmeasured > 0.0f;
         /* conditioning.condition: The next sample, conditioned; sample is the one before. */
-        const float since_sigma = (number_40 ? 0.0f : carry->sample.since_sigma) + dt;
+        const float since_sigma = (number_53 ? 0.0f : carry->sample.since_sigma) + dt;
         const int32_t sensors = mag_x_2 * mag_x_2 + mag_y_2 * mag_y_2 + mag_z_2 * mag_z_2 > TILT_NO_LENGTH
             ? (acc_x_6 * acc_x_6 + acc_y_6 * acc_y_6 + acc_z_6 * acc_z_6 > TILT_NO_LENGTH
-            ? (number_40 ? 0 : carry->sample.corrected_by) | 1
-            : (number_40 ? 0 : carry->sample.corrected_by)) | 2
+            ? (number_53 ? 0 : carry->sample.corrected_by) | 1
+            : (number_53 ? 0 : carry->sample.corrected_by)) | 2
             : (acc_x_6 * acc_x_6 + acc_y_6 * acc_y_6 + acc_z_6 * acc_z_6 > TILT_NO_LENGTH
-            ? (number_40 ? 0 : carry->sample.corrected_by) | 1
-            : (number_40 ? 0 : carry->sample.corrected_by));
+            ? (number_53 ? 0 : carry->sample.corrected_by) | 1
+            : (number_53 ? 0 : carry->sample.corrected_by));
         const bool rate_unknown = rate_lost || (health_7 & 8) != 0;
         float bias_x;
         float bias_y;
@@ -1960,13 +2034,13 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
             const float square_2 = carry->sample.detected.means.gyr.x * carry->sample.detected.means.gyr.x
                 + carry->sample.detected.means.gyr.y * carry->sample.detected.means.gyr.y
                 + carry->sample.detected.means.gyr.z * carry->sample.detected.means.gyr.z;
-            bool number_41;
+            bool number_54;
             if (square_2 > limit * limit) {
-                number_41 = true;
+                number_54 = true;
             } else {
-                bool number_42;
+                bool number_55;
                 if (!carry->run.guard.rest.known) {
-                    number_42 = false;
+                    number_55 = false;
                 } else {
                     /* vec3.add: a + b */
                     const float x_7 = carry->run.guard.rest.bias.x + carry->run.state.bias.x;
@@ -1976,18 +2050,18 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
                     const float x_8 = carry->sample.detected.means.gyr.x - x_7;
                     const float y_8 = carry->sample.detected.means.gyr.y - y_7;
                     const float z_8 = carry->sample.detected.means.gyr.z - z_7;
-                    number_42 = square_2 > x_7 * x_7 + y_7 * y_7 + z_7 * z_7
+                    number_55 = square_2 > x_7 * x_7 + y_7 * y_7 + z_7 * z_7
                         && x_8 * x_8 + y_8 * y_8 + z_8 * z_8 > REST_BIAS_CHANGE;
                 }
-                number_41 = number_42;
+                number_54 = number_55;
             }
-            float time_3;
+            float time_7;
             float bias_x_2;
             float bias_y_2;
             float bias_z_2;
-            if (carry->sample.detected.means.pace == 0.0f || number_41) {
+            if (carry->sample.detected.means.pace == 0.0f || number_54) {
                 carry->run.guard.rest.moved = true;
-                time_3 = 0.0f;
+                time_7 = 0.0f;
                 bias_x_2 = carry->run.guard.rest.bias.x;
                 bias_y_2 = carry->run.guard.rest.bias.y;
                 bias_z_2 = carry->run.guard.rest.bias.z;
@@ -1995,47 +2069,47 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
                 /* elapsed.has_elapsed: Whether time (s), a sum of intervals of which the last was dt (s), has
                  * reached length (s).
                  */
-                const float number_43 = ELAPSED_SLACK * REST_INTERVAL;
+                const float number_56 = ELAPSED_SLACK * REST_INTERVAL;
                 /* rest.update_rest: After an interval of dt seconds: how long the sensor has been quiet, and
                  * the bias (rad/s) as a running mean.
                  */
-                const float time_4 = carry->run.guard.rest.time
+                const float time_8 = carry->run.guard.rest.time
                     + (carry->run.guard.rest.moved
                     || (carry->run.guard.rest.time > 0.0f
-                    && carry->run.guard.rest.time + number_43 >= settings->guard.rest_time) ? time
+                    && carry->run.guard.rest.time + number_56 >= settings->guard.rest_time) ? time
                     : time * carry->sample.detected.means.pace);
-                const bool number_44 = time_4 > 0.0f && time_4 + number_43 >= settings->guard.rest_time;
+                const bool number_57 = time_8 > 0.0f && time_8 + number_56 >= settings->guard.rest_time;
                 float bias_x_3;
                 float bias_y_3;
                 float bias_z_3;
-                if (number_44) {
+                if (number_57) {
                     /* lowpass.lowpass_weight: The weight of a new sample in a first-order low-pass of time
                      * constant tau: dt/(min(τ, age) + dt).
                      */
-                    const float number_45 = time
+                    const float number_58 = time
                         / (lh_min(REST_BIAS_TIME,
                         lh_max(carry->run.guard.rest.time - settings->guard.rest_time, 0.0f)) + time);
                     bias_x_3 = carry->run.guard.rest.bias.x
-                        + number_45 * (carry->sample.detected.means.gyr.x - carry->run.state.bias.x
+                        + number_58 * (carry->sample.detected.means.gyr.x - carry->run.state.bias.x
                         - carry->run.guard.rest.bias.x);
                     bias_y_3 = carry->run.guard.rest.bias.y
-                        + number_45 * (carry->sample.detected.means.gyr.y - carry->run.state.bias.y
+                        + number_58 * (carry->sample.detected.means.gyr.y - carry->run.state.bias.y
                         - carry->run.guard.rest.bias.y);
                     bias_z_3 = carry->run.guard.rest.bias.z
-                        + number_45 * (carry->sample.detected.means.gyr.z - carry->run.state.bias.z
+                        + number_58 * (carry->sample.detected.means.gyr.z - carry->run.state.bias.z
                         - carry->run.guard.rest.bias.z);
                 } else {
                     bias_x_3 = carry->run.guard.rest.bias.x;
                     bias_y_3 = carry->run.guard.rest.bias.y;
                     bias_z_3 = carry->run.guard.rest.bias.z;
                 }
-                carry->run.guard.rest.known = carry->run.guard.rest.known || number_44;
-                time_3 = time_4;
+                carry->run.guard.rest.known = carry->run.guard.rest.known || number_57;
+                time_7 = time_8;
                 bias_x_2 = bias_x_3;
                 bias_y_2 = bias_y_3;
                 bias_z_2 = bias_z_3;
             }
-            carry->run.guard.rest.time = time_3;
+            carry->run.guard.rest.time = time_7;
             bias_x = bias_x_2;
             bias_y = bias_y_2;
             bias_z = bias_z_2;
@@ -2044,15 +2118,15 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
             bias_y = carry->run.guard.rest.bias.y;
             bias_z = carry->run.guard.rest.bias.z;
         }
-        const bool number_46 = unmeasured_2 > 0.0f;
-        if (number_46) {
+        const bool number_59 = unmeasured_2 > 0.0f;
+        if (number_59) {
             carry->run.state.age = carry->run.state.age
                 / (1.0f + carry->run.state.age * unmeasured_2 / LOWPASS_DIRECTION_DENSITY);
         }
         if (far || carry->sample.detected.far_from_g) {
-            carry->sample.gyr.x = last_x_7;
-            carry->sample.gyr.y = last_y_7;
-            carry->sample.gyr.z = last_z_7;
+            carry->sample.gyr.x = last_x_5;
+            carry->sample.gyr.y = last_y_5;
+            carry->sample.gyr.z = last_z_5;
             carry->sample.acc.x = acc_x_6;
             carry->sample.acc.y = acc_y_6;
             carry->sample.acc.z = acc_z_6;
@@ -2075,9 +2149,9 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
             bias_y_4 = carry->run.state.bias.y;
             bias_z_4 = carry->run.state.bias.z;
         } else {
-            bias_x_4 = last_x_7 - bias_x;
-            bias_y_4 = last_y_7 - bias_y;
-            bias_z_4 = last_z_7 - bias_z;
+            bias_x_4 = last_x_5 - bias_x;
+            bias_y_4 = last_y_5 - bias_y;
+            bias_z_4 = last_z_5 - bias_z;
         }
         float acc_x_9;
         float acc_y_9;
@@ -2118,33 +2192,33 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
                 first_y = 0.0f;
                 first_z = 0.0f;
             }
-            const float number_47 = carry->run.guard.iron.pair.turn.w
+            const float number_60 = carry->run.guard.iron.pair.turn.w
                 - (carry->run.guard.iron.pair.turn.x * a + carry->run.guard.iron.pair.turn.y * b
                 + carry->run.guard.iron.pair.turn.z * c);
-            const float number_48 = carry->run.guard.iron.pair.turn.x
+            const float number_61 = carry->run.guard.iron.pair.turn.x
                 + (carry->run.guard.iron.pair.turn.w * a
                 + (carry->run.guard.iron.pair.turn.y * c - carry->run.guard.iron.pair.turn.z * b));
-            const float number_49 = carry->run.guard.iron.pair.turn.y
+            const float number_62 = carry->run.guard.iron.pair.turn.y
                 + (carry->run.guard.iron.pair.turn.w * b
                 + (carry->run.guard.iron.pair.turn.z * a - carry->run.guard.iron.pair.turn.x * c));
-            const float number_50 = carry->run.guard.iron.pair.turn.z
+            const float number_63 = carry->run.guard.iron.pair.turn.z
                 + (carry->run.guard.iron.pair.turn.w * c
                 + (carry->run.guard.iron.pair.turn.x * b - carry->run.guard.iron.pair.turn.y * a));
-            const float number_51 = carry->run.guard.iron.pair.time + dt;
+            const float number_64 = carry->run.guard.iron.pair.time + dt;
             /* tilt.is_present: Whether a sensor is there: an absent one is the zero vector, and so is what is
              * too short to have a direction.
              */
-            const bool number_52 = mag_x_2 * mag_x_2 + mag_y_2 * mag_y_2 + mag_z_2 * mag_z_2 > TILT_NO_LENGTH;
+            const bool number_65 = mag_x_2 * mag_x_2 + mag_y_2 * mag_y_2 + mag_z_2 * mag_z_2 > TILT_NO_LENGTH;
             const bool known = carry->run.guard.iron.known;
-            if (number_52 && (fabsf(number_47) < IRON_TURN
-                || number_51 + ELAPSED_SLACK * dt >= IRON_LONGEST)) {
+            if (number_65 && (fabsf(number_60) < IRON_TURN
+                || number_64 + ELAPSED_SLACK * dt >= IRON_LONGEST)) {
                 carry->run.guard.iron.pair.first.x = first_x;
                 carry->run.guard.iron.pair.first.y = first_y;
                 carry->run.guard.iron.pair.first.z = first_z;
-                carry->run.guard.iron.pair.turn.w = number_47;
-                carry->run.guard.iron.pair.turn.x = number_48;
-                carry->run.guard.iron.pair.turn.y = number_49;
-                carry->run.guard.iron.pair.turn.z = number_50;
+                carry->run.guard.iron.pair.turn.w = number_60;
+                carry->run.guard.iron.pair.turn.x = number_61;
+                carry->run.guard.iron.pair.turn.y = number_62;
+                carry->run.guard.iron.pair.turn.z = number_63;
                 iron_end_pair(&settings->guard, &carry->run.guard.iron,
                     2.0f * (carry->run.state.quat.x * carry->run.state.quat.z
                     - carry->run.state.quat.w * carry->run.state.quat.y),
@@ -2153,20 +2227,20 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
                     1.0f - 2.0f * (carry->run.state.quat.x * carry->run.state.quat.x
                     + carry->run.state.quat.y * carry->run.state.quat.y), mag_x_2, mag_y_2, mag_z_2);
             } else {
-                carry->run.guard.iron.pair.time = number_51;
+                carry->run.guard.iron.pair.time = number_64;
                 carry->run.guard.iron.pair.first.x = first_x;
                 carry->run.guard.iron.pair.first.y = first_y;
                 carry->run.guard.iron.pair.first.z = first_z;
-                carry->run.guard.iron.pair.turn.w = number_47;
-                carry->run.guard.iron.pair.turn.x = number_48;
-                carry->run.guard.iron.pair.turn.y = number_49;
-                carry->run.guard.iron.pair.turn.z = number_50;
+                carry->run.guard.iron.pair.turn.w = number_60;
+                carry->run.guard.iron.pair.turn.x = number_61;
+                carry->run.guard.iron.pair.turn.y = number_62;
+                carry->run.guard.iron.pair.turn.z = number_63;
             }
             float mag_x_5;
             float mag_y_5;
             float mag_z_5;
             int32_t health_9;
-            if (carry->run.guard.iron.known && number_52) {
+            if (carry->run.guard.iron.known && number_65) {
                 int32_t health_10;
                 if (!known) {
                     carry->run.guard.field.norm = 0.0f;
@@ -2200,12 +2274,12 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
         /* tilt.is_present: Whether a sensor is there: an absent one is the zero vector, and so is what is too
          * short to have a direction.
          */
-        const float number_53 = mag_x_4 * mag_x_4 + mag_y_4 * mag_y_4 + mag_z_4 * mag_z_4;
+        const float number_66 = mag_x_4 * mag_x_4 + mag_y_4 * mag_y_4 + mag_z_4 * mag_z_4;
         float mag_x_6;
         float mag_y_6;
         float mag_z_6;
         int32_t health_11;
-        if (number_53 > TILT_NO_LENGTH) {
+        if (number_66 > TILT_NO_LENGTH) {
             /* quat.up: The earth's vertical in the sensor frame: (−sin θ, sin φ cos θ, cos φ cos θ) with roll φ and pitch θ.
              */
             const float x_9 = 2.0f * (carry->run.state.quat.x * carry->run.state.quat.z
@@ -2217,12 +2291,12 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
                 + carry->run.state.quat.y * carry->run.state.quat.y);
             /* field.update_field: The reference after a reading (µT); rejected > 0: the reading is not of the earth's field.
              */
-            const float n = sqrtf(number_53);
-            const float number_54 = (x_9 + dt * (y_9 * bias_z_4 - z_9 * bias_y_4)) * mag_x_4
+            const float n = sqrtf(number_66);
+            const float number_67 = (x_9 + dt * (y_9 * bias_z_4 - z_9 * bias_y_4)) * mag_x_4
                 + (y_9 + dt * (z_9 * bias_x_4 - x_9 * bias_z_4)) * mag_y_4
                 + (z_9 + dt * (x_9 * bias_y_4 - y_9 * bias_x_4)) * mag_z_4;
-            const float d = number_54 * (1.0f / n);
-            float number_55;
+            const float d = number_67 * (1.0f / n);
+            float number_68;
             if (carry->run.guard.field.age == 0.0f
                 || (carry->run.guard.field.rejected > 0.0f
                 && carry->run.guard.field.rejected
@@ -2230,31 +2304,31 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
                 carry->run.guard.field.norm = n;
                 carry->run.guard.field.dip = d;
                 carry->run.guard.field.age = dt;
-                number_55 = 0.0f;
+                number_68 = 0.0f;
             } else {
-                const float number_56 = n - carry->run.guard.field.norm;
-                const float number_57 = d - carry->run.guard.field.dip;
-                float number_58;
-                if (fabsf(number_56) > settings->guard.mag_gate * carry->run.guard.field.norm
-                    || fabsf(number_57) > settings->guard.mag_angle * UNITS_DEGREE) {
-                    number_58 = carry->run.guard.field.rejected + dt;
+                const float number_69 = n - carry->run.guard.field.norm;
+                const float number_70 = d - carry->run.guard.field.dip;
+                float number_71;
+                if (fabsf(number_69) > settings->guard.mag_gate * carry->run.guard.field.norm
+                    || fabsf(number_70) > settings->guard.mag_angle * UNITS_DEGREE) {
+                    number_71 = carry->run.guard.field.rejected + dt;
                 } else {
                     /* lowpass.lowpass_weight: The weight of a new sample in a first-order low-pass of time
                      * constant tau: dt/(min(τ, age) + dt).
                      */
                     const float weight_3 = dt / (lh_min(FIELD_FIELD_TIME, carry->run.guard.field.age) + dt);
-                    carry->run.guard.field.norm = carry->run.guard.field.norm + weight_3 * number_56;
-                    carry->run.guard.field.dip = carry->run.guard.field.dip + weight_3 * number_57;
+                    carry->run.guard.field.norm = carry->run.guard.field.norm + weight_3 * number_69;
+                    carry->run.guard.field.dip = carry->run.guard.field.dip + weight_3 * number_70;
                     carry->run.guard.field.age = lh_min(carry->run.guard.field.age + dt, FIELD_FIELD_TIME);
-                    number_58 = 0.0f;
+                    number_71 = 0.0f;
                 }
-                number_55 = number_58;
+                number_68 = number_71;
             }
             float mag_x_7;
             float mag_y_7;
             float mag_z_7;
             int32_t health_12;
-            if (number_55 > 0.0f) {
+            if (number_68 > 0.0f) {
                 mag_x_7 = 0.0f;
                 mag_y_7 = 0.0f;
                 mag_z_7 = 0.0f;
@@ -2265,7 +2339,7 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
                 mag_z_7 = mag_z_4;
                 health_12 = carry->run.guard.field.age <= dt ? health_8 | 4096 : health_8;
             }
-            carry->run.guard.field.rejected = number_55;
+            carry->run.guard.field.rejected = number_68;
             mag_x_6 = mag_x_7;
             mag_y_6 = mag_y_7;
             mag_z_6 = mag_z_7;
@@ -2277,29 +2351,29 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
             health_11 = health_8;
         }
         /* direction_filter.integrate: The attitude after dt seconds at the rate gyr (rad/s) without the bias. */
-        const float number_59 = (bias_x_4 - carry->run.state.bias.x) * dt;
-        const float number_60 = (bias_y_4 - carry->run.state.bias.y) * dt;
-        const float number_61 = (bias_z_4 - carry->run.state.bias.z) * dt;
+        const float number_72 = (bias_x_4 - carry->run.state.bias.x) * dt;
+        const float number_73 = (bias_y_4 - carry->run.state.bias.y) * dt;
+        const float number_74 = (bias_z_4 - carry->run.state.bias.z) * dt;
         /* vector_error.rotate: q ⊗ exp(v) with v = (x, y, z) rad, of unit length to rounding; correct keeps
          * the rounding from piling up.
          */
-        const float number_62 = 0.25f
-            * (number_59 * number_59 + number_60 * number_60 + number_61 * number_61);
+        const float number_75 = 0.25f
+            * (number_72 * number_72 + number_73 * number_73 + number_74 * number_74);
         float s;
         float c_2;
-        if (number_62 > QUAT_SHORT) {
-            const HalfAngle half_angle_far = quat_half_angle_far(number_62);
+        if (number_75 > QUAT_SHORT) {
+            const HalfAngle half_angle_far = quat_half_angle_far(number_75);
             s = half_angle_far.sinc;
             c_2 = half_angle_far.cos;
         } else {
             /* quat.half_angle: sin(angle/2)/angle and cos(angle/2) of square = (angle/2)². */
-            const float fourth = number_62 * number_62;
-            s = 0.5f - number_62 * (1.0f / 12.0f) + fourth * (1.0f / 240.0f - number_62 * (1.0f / 10080.0f));
-            c_2 = 1.0f - number_62 * 0.5f + fourth * (1.0f / 24.0f - number_62 * (1.0f / 720.0f));
+            const float fourth = number_75 * number_75;
+            s = 0.5f - number_75 * (1.0f / 12.0f) + fourth * (1.0f / 240.0f - number_75 * (1.0f / 10080.0f));
+            c_2 = 1.0f - number_75 * 0.5f + fourth * (1.0f / 24.0f - number_75 * (1.0f / 720.0f));
         }
-        const float x_10 = number_59 * s;
-        const float y_10 = number_60 * s;
-        const float z_10 = number_61 * s;
+        const float x_10 = number_72 * s;
+        const float y_10 = number_73 * s;
+        const float z_10 = number_74 * s;
         const float w = carry->run.state.quat.w * c_2 - carry->run.state.quat.x * x_10
             - (carry->run.state.quat.y * y_10 + carry->run.state.quat.z * z_10);
         const float x_11 = carry->run.state.quat.w * x_10 + carry->run.state.quat.x * c_2
@@ -2342,60 +2416,60 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
             /* vector_error.obtuse_error: direction_error beyond a right angle: the cross product (x, y, z) at length one.
              */
             const float n_3 = sqrtf(x_12 * x_12 + y_12 * y_12 + z_12 * z_12);
-            float number_63;
-            float number_64;
-            float number_65;
+            float number_76;
+            float number_77;
+            float number_78;
             if (n_3 < VECTOR_ERROR_NO_AXIS) {
-                float number_66;
-                float number_67;
-                float number_68;
+                float number_79;
+                float number_80;
+                float number_81;
                 if (fabsf(ex) < 0.8f) {
                     /* vector_error.perpendicular: A unit vector perpendicular to the unit vector v. */
                     const float n_4 = sqrtf(ey * ey + ez * ez);
-                    number_66 = 0.0f;
-                    number_67 = ez / n_4;
-                    number_68 = -ey / n_4;
+                    number_79 = 0.0f;
+                    number_80 = ez / n_4;
+                    number_81 = -ey / n_4;
                 } else {
                     /* vector_error.perpendicular: A unit vector perpendicular to the unit vector v. */
                     const float n_5 = sqrtf(ex * ex + ey * ey);
-                    number_66 = ey / n_5;
-                    number_67 = -ex / n_5;
-                    number_68 = 0.0f;
+                    number_79 = ey / n_5;
+                    number_80 = -ex / n_5;
+                    number_81 = 0.0f;
                 }
-                number_63 = number_66;
-                number_64 = number_67;
-                number_65 = number_68;
+                number_76 = number_79;
+                number_77 = number_80;
+                number_78 = number_81;
             } else {
-                number_63 = x_12 / n_3;
-                number_64 = y_12 / n_3;
-                number_65 = z_12 / n_3;
+                number_76 = x_12 / n_3;
+                number_77 = y_12 / n_3;
+                number_78 = z_12 / n_3;
             }
-            x_13 = number_63;
-            y_13 = number_64;
-            z_13 = number_65;
+            x_13 = number_76;
+            y_13 = number_77;
+            z_13 = number_78;
         } else {
             x_13 = x_12;
             y_13 = y_12;
             z_13 = z_12;
         }
         /* mahony.step: Eqs. 1 to 5. */
-        const float number_69 = 1.0f / settings->filter.kp;
+        const float number_82 = 1.0f / settings->filter.kp;
         /* lowpass.lowpass_weight: The weight of a new sample in a first-order low-pass of time constant tau:
          * dt/(min(τ, age) + dt).
          */
-        const float number_70 = lh_min(number_69, age);
-        const float kt = dt / (number_70 + dt);
+        const float number_83 = lh_min(number_82, age);
+        const float kt = dt / (number_83 + dt);
         /* tilt.is_present: Whether a sensor is there: an absent one is the zero vector, and so is what is too
          * short to have a direction.
          */
-        const float number_71 = mag_x_6 * mag_x_6 + mag_y_6 * mag_y_6 + mag_z_6 * mag_z_6;
+        const float number_84 = mag_x_6 * mag_x_6 + mag_y_6 * mag_y_6 + mag_z_6 * mag_z_6;
         float x_14;
         float y_14;
         float z_14;
         float x_15;
         float y_15;
         float z_15;
-        if (number_71 > TILT_NO_LENGTH) {
+        if (number_84 > TILT_NO_LENGTH) {
             float kt_2;
             float x_16;
             float y_16;
@@ -2405,7 +2479,7 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
                 /* vec3.normalize: a/|a|; the zero vector (an absent sensor), and what is too short to have a
                  * direction, gives the zero vector.
                  */
-                const float n_6 = sqrtf(number_71);
+                const float n_6 = sqrtf(number_84);
                 float vx;
                 float vy;
                 float vz;
@@ -2427,12 +2501,12 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
                 const float tx = 2.0f * (y_11 * vz - z_11 * vy);
                 const float ty = 2.0f * (z_11 * vx - x_11 * vz);
                 const float tz = 2.0f * (x_11 * vy - y_11 * vx);
-                const float number_72 = vx + w * tx + y_11 * tz - z_11 * ty;
-                const float number_73 = vy + w * ty + z_11 * tx - x_11 * tz;
+                const float number_85 = vx + w * tx + y_11 * tz - z_11 * ty;
+                const float number_86 = vy + w * ty + z_11 * tx - x_11 * tz;
                 const float vz_2 = vz + w * tz + x_11 * ty - y_11 * tx;
                 /* vector_error.reference: The unit field in the earth frame if the attitude is right: its own dip, and north.
                  */
-                const float vy_2 = sqrtf(number_72 * number_72 + number_73 * number_73);
+                const float vy_2 = sqrtf(number_85 * number_85 + number_86 * number_86);
                 /* quat.rotate: q v q*: a sensor-frame vector seen in the earth frame. */
                 const float tx_2 = 2.0f * (y_17 * vz_2 - z_17 * vy_2);
                 const float ty_2 = 2.0f * (z_17 * 0.0f - x_17 * vz_2);
@@ -2452,37 +2526,37 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
                      * y, z) at length one.
                      */
                     const float n_7 = sqrtf(x_18 * x_18 + y_18 * y_18 + z_18 * z_18);
-                    float number_74;
-                    float number_75;
-                    float number_76;
+                    float number_87;
+                    float number_88;
+                    float number_89;
                     if (n_7 < VECTOR_ERROR_NO_AXIS) {
-                        float number_77;
-                        float number_78;
-                        float number_79;
+                        float number_90;
+                        float number_91;
+                        float number_92;
                         if (fabsf(ex_2) < 0.8f) {
                             /* vector_error.perpendicular: A unit vector perpendicular to the unit vector v. */
                             const float n_8 = sqrtf(ey_2 * ey_2 + ez_2 * ez_2);
-                            number_77 = 0.0f;
-                            number_78 = ez_2 / n_8;
-                            number_79 = -ey_2 / n_8;
+                            number_90 = 0.0f;
+                            number_91 = ez_2 / n_8;
+                            number_92 = -ey_2 / n_8;
                         } else {
                             /* vector_error.perpendicular: A unit vector perpendicular to the unit vector v. */
                             const float n_9 = sqrtf(ex_2 * ex_2 + ey_2 * ey_2);
-                            number_77 = ey_2 / n_9;
-                            number_78 = -ex_2 / n_9;
-                            number_79 = 0.0f;
+                            number_90 = ey_2 / n_9;
+                            number_91 = -ex_2 / n_9;
+                            number_92 = 0.0f;
                         }
-                        number_74 = number_77;
-                        number_75 = number_78;
-                        number_76 = number_79;
+                        number_87 = number_90;
+                        number_88 = number_91;
+                        number_89 = number_92;
                     } else {
-                        number_74 = x_18 / n_7;
-                        number_75 = y_18 / n_7;
-                        number_76 = z_18 / n_7;
+                        number_87 = x_18 / n_7;
+                        number_88 = y_18 / n_7;
+                        number_89 = z_18 / n_7;
                     }
-                    x_19 = number_74;
-                    y_19 = number_75;
-                    z_19 = number_76;
+                    x_19 = number_87;
+                    y_19 = number_88;
+                    z_19 = number_89;
                 } else {
                     x_19 = x_18;
                     y_19 = y_18;
@@ -2505,13 +2579,13 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
                 const float east = mag_x_6 + w * tx_3 + (y_11 * tz_3 - z_11 * ty_3);
                 const float north = mag_y_6 + w * ty_3 + (z_11 * tx_3 - x_11 * tz_3);
                 const float square_3 = east * east + north * north;
-                float number_80;
-                float number_81;
-                float number_82;
+                float number_93;
+                float number_94;
+                float number_95;
                 if (square_3 < VEC3_SHORTEST) {
-                    number_80 = 0.0f;
-                    number_81 = 0.0f;
-                    number_82 = 0.0f;
+                    number_93 = 0.0f;
+                    number_94 = 0.0f;
+                    number_95 = 0.0f;
                 } else {
                     float sine;
                     if (north < 0.0f) {
@@ -2519,14 +2593,14 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
                     } else {
                         sine = east / sqrtf(square_3);
                     }
-                    number_80 = sine * ex;
-                    number_81 = sine * ey;
-                    number_82 = sine * ez;
+                    number_93 = sine * ex;
+                    number_94 = sine * ey;
+                    number_95 = sine * ez;
                 }
                 kt_2 = kt;
-                x_16 = number_80;
-                y_16 = number_81;
-                z_16 = number_82;
+                x_16 = number_93;
+                y_16 = number_94;
+                z_16 = number_95;
                 kh = dt / (lh_min(1.0f / (settings->filter.kp * settings->filter.k_mag), age) + dt);
             }
             x_14 = x_16;
@@ -2559,15 +2633,15 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
         const float step = settings->filter.ki * dt;
         /* elapsed.has_elapsed: Whether time (s), a sum of intervals of which the last was dt (s), has reached length (s).
          */
-        const float number_83 = ELAPSED_SLACK * dt;
-        const float number_84 = age + number_83;
+        const float number_96 = ELAPSED_SLACK * dt;
+        const float number_97 = age + number_96;
         /* mahony.update_bias: Eq. 3, bounded by (6); each vector waits until its K is steady. */
-        const float number_85 = settings->filter.kp * settings->filter.kp;
-        const float number_86 = limit_2 * limit_2;
+        const float number_98 = settings->filter.kp * settings->filter.kp;
+        const float number_99 = limit_2 * limit_2;
         float x_21;
         float y_21;
         float z_21;
-        if (number_84 >= number_69 && number_85 * (x_13 * x_13 + y_13 * y_13 + z_13 * z_13) < number_86) {
+        if (number_97 >= number_82 && number_98 * (x_13 * x_13 + y_13 * y_13 + z_13 * z_13) < number_99) {
             x_21 = carry->run.state.bias.x - step * x_13;
             y_21 = carry->run.state.bias.y - step * y_13;
             z_21 = carry->run.state.bias.z - step * z_13;
@@ -2576,13 +2650,13 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
             y_21 = carry->run.state.bias.y;
             z_21 = carry->run.state.bias.z;
         }
-        const float number_87 = 1.0f / (settings->filter.kp * settings->filter.k_mag);
+        const float number_100 = 1.0f / (settings->filter.kp * settings->filter.k_mag);
         float x_22;
         float y_22;
         float z_22;
-        if (number_84 >= number_87
-            && number_85 * settings->filter.k_mag * settings->filter.k_mag
-            * (x_14 * x_14 + y_14 * y_14 + z_14 * z_14) < number_86) {
+        if (number_97 >= number_100
+            && number_98 * settings->filter.k_mag * settings->filter.k_mag
+            * (x_14 * x_14 + y_14 * y_14 + z_14 * z_14) < number_99) {
             const float step_2 = step * settings->filter.k_mag;
             x_22 = x_21 - step_2 * x_14;
             y_22 = y_21 - step_2 * y_14;
@@ -2592,23 +2666,23 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
             y_22 = y_21;
             z_22 = z_21;
         }
-        if (x_22 * x_22 + y_22 * y_22 + z_22 * z_22 > number_86) {
-            const float number_88 = -limit_2;
-            carry->run.state.bias.x = lh_max(number_88, lh_min(x_22, limit_2));
-            carry->run.state.bias.y = lh_max(number_88, lh_min(y_22, limit_2));
-            carry->run.state.bias.z = lh_max(number_88, lh_min(z_22, limit_2));
+        if (x_22 * x_22 + y_22 * y_22 + z_22 * z_22 > number_99) {
+            const float number_101 = -limit_2;
+            carry->run.state.bias.x = lh_max(number_101, lh_min(x_22, limit_2));
+            carry->run.state.bias.y = lh_max(number_101, lh_min(y_22, limit_2));
+            carry->run.state.bias.z = lh_max(number_101, lh_min(z_22, limit_2));
         } else {
             carry->run.state.bias.x = x_22;
             carry->run.state.bias.y = y_22;
             carry->run.state.bias.z = z_22;
         }
-        if (since_sigma + number_83 >= OBSERVER_COVARIANCE_INTERVAL || number_46) {
+        if (since_sigma + number_96 >= OBSERVER_COVARIANCE_INTERVAL || number_59) {
             int32_t corrected_by;
             float acc_x_10;
             float acc_y_10;
             float acc_z_10;
             if (carry->run.guard.acc_rejected > 0.0f
-                && !(carry->run.guard.acc_rejected + number_83 >= settings->guard.acc_time)) {
+                && !(carry->run.guard.acc_rejected + number_96 >= settings->guard.acc_time)) {
                 corrected_by = sensors & 2;
                 acc_x_10 = 0.0f;
                 acc_y_10 = 0.0f;
@@ -2629,18 +2703,18 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
                 y_23 = 0.0f;
                 z_23 = 0.0f;
             } else {
-                x_23 = last_x_7 - bias_x;
-                y_23 = last_y_7 - bias_y;
-                z_23 = last_z_7 - bias_z;
+                x_23 = last_x_5 - bias_x;
+                y_23 = last_y_5 - bias_y;
+                z_23 = last_z_5 - bias_z;
             }
             /* lowpass.lowpass_weight: The weight of a new sample in a first-order low-pass of time constant
              * tau: dt/(min(τ, age) + dt).
              */
-            const float kt_4 = since_sigma / (number_70 + since_sigma);
+            const float kt_4 = since_sigma / (number_83 + since_sigma);
             /* elapsed.has_elapsed: Whether time (s), a sum of intervals of which the last was dt (s), has reached length (s).
              */
-            const float number_89 = age + ELAPSED_SLACK * since_sigma;
-            const float bh = number_89 >= number_87
+            const float number_102 = age + ELAPSED_SLACK * since_sigma;
+            const float bh = number_102 >= number_100
                 ? settings->filter.ki * settings->filter.k_mag * since_sigma : 0.0f;
             float kt_5;
             float kh_2;
@@ -2653,7 +2727,7 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
                 bh_2 = DIRECTION_FILTER_DIP_SHARE * bh;
             } else {
                 kt_5 = kt_4;
-                kh_2 = since_sigma / (lh_min(number_87, age) + since_sigma);
+                kh_2 = since_sigma / (lh_min(number_100, age) + since_sigma);
                 bh_2 = bh;
             }
             /* observer_covariance.update_covariance: After an interval of dt s, with the filter's gains for
@@ -2661,40 +2735,40 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
              */
             const float rate2_3 = x_23 * x_23 + y_23 * y_23 + z_23 * z_23;
             float level;
-            float number_90;
-            float number_91;
+            float number_103;
+            float number_104;
             float level_2;
-            float number_92;
-            float number_93;
+            float number_105;
+            float number_106;
             if (since_sigma > TILT_GAP_SECONDS) {
                 level = lh_min(carry->run.covariance.tilt.level
                     + TILT_TURN * TILT_TURN * since_sigma * since_sigma, TILT_UNIFORM * TILT_UNIFORM);
-                number_90 = 0.0f;
-                number_91 = lh_max(carry->run.covariance.tilt.bias,
+                number_103 = 0.0f;
+                number_104 = lh_max(carry->run.covariance.tilt.bias,
                     lh_min(carry->run.covariance.tilt.bias + OBSERVER_COVARIANCE_WALK * since_sigma,
                     OBSERVER_COVARIANCE_TURN_ON));
                 level_2 = lh_min(carry->run.covariance.heading.level
                     + TILT_TURN * TILT_TURN * since_sigma * since_sigma, TILT_UNIFORM * TILT_UNIFORM);
-                number_92 = 0.0f;
-                number_93 = lh_max(carry->run.covariance.heading.bias,
+                number_105 = 0.0f;
+                number_106 = lh_max(carry->run.covariance.heading.bias,
                     lh_min(carry->run.covariance.heading.bias + OBSERVER_COVARIANCE_WALK * since_sigma,
                     OBSERVER_COVARIANCE_TURN_ON));
             } else {
                 /* two_state.predict: Eq. 1 with Q = diag(q_level, q_bias). */
-                const float number_94 = since_sigma * carry->run.covariance.tilt.bias;
-                const float number_95 = since_sigma * carry->run.covariance.heading.bias;
+                const float number_107 = since_sigma * carry->run.covariance.tilt.bias;
+                const float number_108 = since_sigma * carry->run.covariance.heading.bias;
                 level = carry->run.covariance.tilt.level
-                    + since_sigma * (number_94 - 2.0f * carry->run.covariance.tilt.cross)
+                    + since_sigma * (number_107 - 2.0f * carry->run.covariance.tilt.cross)
                     + ((OBSERVER_COVARIANCE_NOISE + OBSERVER_COVARIANCE_SCALE * rate2_3) * since_sigma
                     + unmeasured_2);
-                number_90 = carry->run.covariance.tilt.cross - number_94;
-                number_91 = carry->run.covariance.tilt.bias + OBSERVER_COVARIANCE_WALK * since_sigma;
+                number_103 = carry->run.covariance.tilt.cross - number_107;
+                number_104 = carry->run.covariance.tilt.bias + OBSERVER_COVARIANCE_WALK * since_sigma;
                 level_2 = carry->run.covariance.heading.level
-                    + since_sigma * (number_95 - 2.0f * carry->run.covariance.heading.cross)
+                    + since_sigma * (number_108 - 2.0f * carry->run.covariance.heading.cross)
                     + ((OBSERVER_COVARIANCE_NOISE + OBSERVER_COVARIANCE_SCALE * rate2_3) * since_sigma
                     + unmeasured_2);
-                number_92 = carry->run.covariance.heading.cross - number_95;
-                number_93 = carry->run.covariance.heading.bias + OBSERVER_COVARIANCE_WALK * since_sigma;
+                number_105 = carry->run.covariance.heading.cross - number_108;
+                number_106 = carry->run.covariance.heading.bias + OBSERVER_COVARIANCE_WALK * since_sigma;
             }
             float cross;
             float bias;
@@ -2702,29 +2776,29 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
             float bias_2;
             if (rest) {
                 /* observer_covariance.limit_bias: At rest the bias is known to 0.05 °/s (1σ), at least. */
-                const bool number_96 = number_91 > OBSERVER_COVARIANCE_REST_BIAS;
-                const bool number_97 = number_93 > OBSERVER_COVARIANCE_REST_BIAS;
-                cross = number_96 ? 0.0f : number_90;
-                bias = number_96 ? OBSERVER_COVARIANCE_REST_BIAS : number_91;
-                cross_2 = number_97 ? 0.0f : number_92;
-                bias_2 = number_97 ? OBSERVER_COVARIANCE_REST_BIAS : number_93;
+                const bool number_109 = number_104 > OBSERVER_COVARIANCE_REST_BIAS;
+                const bool number_110 = number_106 > OBSERVER_COVARIANCE_REST_BIAS;
+                cross = number_109 ? 0.0f : number_103;
+                bias = number_109 ? OBSERVER_COVARIANCE_REST_BIAS : number_104;
+                cross_2 = number_110 ? 0.0f : number_105;
+                bias_2 = number_110 ? OBSERVER_COVARIANCE_REST_BIAS : number_106;
             } else {
-                cross = number_90;
-                bias = number_91;
-                cross_2 = number_92;
-                bias_2 = number_93;
+                cross = number_103;
+                bias = number_104;
+                cross_2 = number_105;
+                bias_2 = number_106;
             }
             const float often = 2.0f / since_sigma;
             if ((corrected_by_2 & 1) != 0) {
                 /* tilt.is_present: Whether a sensor is there: an absent one is the zero vector, and so is
                  * what is too short to have a direction.
                  */
-                const float number_98 = acc_x_10 * acc_x_10 + acc_y_10 * acc_y_10 + acc_z_10 * acc_z_10;
-                if (number_98 > TILT_NO_LENGTH) {
+                const float number_111 = acc_x_10 * acc_x_10 + acc_y_10 * acc_y_10 + acc_z_10 * acc_z_10;
+                if (number_111 > TILT_NO_LENGTH) {
                     /* observer_covariance.update_covariance: After an interval of dt s, with the filter's
                      * gains for an interval of that length.
                      */
-                    const float off = OBSERVER_COVARIANCE_HALF_PER_G2 * number_98 - 0.5f;
+                    const float off = OBSERVER_COVARIANCE_HALF_PER_G2 * number_111 - 0.5f;
                     carry->run.covariance.motion = carry->run.covariance.motion
                         + since_sigma / (OBSERVER_COVARIANCE_SMOOTH + since_sigma)
                         * (off * off - carry->run.covariance.motion);
@@ -2738,7 +2812,7 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
                 const float r_5 = OBSERVER_COVARIANCE_SHAKE
                     + carry->run.covariance.motion
                     * (1.0f + rest_2 * (OBSERVER_COVARIANCE_JERK_SECONDS * often));
-                const float b_2 = -(number_89 >= number_69 ? settings->filter.ki * since_sigma : 0.0f);
+                const float b_2 = -(number_102 >= number_82 ? settings->filter.ki * since_sigma : 0.0f);
                 carry->run.covariance.tilt.level = rest_2 * rest_2 * level + kt_5 * kt_5 * r_5;
                 carry->run.covariance.tilt.cross = rest_2 * (cross - b_2 * level) + kt_5 * b_2 * r_5;
                 carry->run.covariance.tilt.bias = bias - 2.0f * b_2 * cross + b_2 * b_2 * (level + r_5);
@@ -2783,18 +2857,10 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
         carry->sample.detected.sums.time = time;
         carry->sample.detected.sums.complete = number_25;
         carry->sample.detected.far_from_g = far;
-        carry->sample.rate.last.x = last_x_6;
-        carry->sample.rate.last.y = last_y_6;
-        carry->sample.rate.last.z = last_z_6;
-        carry->sample.rate.slope.x = carry->sample.rate.slope.x;
-        carry->sample.rate.slope.y = carry->sample.rate.slope.y;
-        carry->sample.rate.slope.z = carry->sample.rate.slope.z;
-        carry->sample.force.last.x = carry->sample.force.last.x;
-        carry->sample.force.last.y = carry->sample.force.last.y;
-        carry->sample.force.last.z = carry->sample.force.last.z;
-        carry->sample.force.slope.x = carry->sample.force.slope.x;
-        carry->sample.force.slope.y = carry->sample.force.slope.y;
-        carry->sample.force.slope.z = carry->sample.force.slope.z;
+        carry->sample.rate.last.x = last_x_4;
+        carry->sample.rate.last.y = last_y_4;
+        carry->sample.rate.last.z = last_z_4;
+        carry->sample.rate.time = time_4;
         carry->run.state.quat.w = nw * s_2;
         carry->run.state.quat.x = nx * s_2;
         carry->run.state.quat.y = ny * s_2;
