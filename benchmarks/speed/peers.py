@@ -1,7 +1,8 @@
 """What an update takes on a Cortex-M4F and an AVR: exported filters beside the published equations alone, by hand.
 
 ``python -m benchmarks.speed.peers``. The twins are Mahony's, Madgwick's and the lesson's Kalman filter as published, in
-C by hand (``benchmarks/c/twins``): the equations of the paper, without missing readings, gaps or σ. ``--source FILE.c
+C by hand (``benchmarks/c/twins``): the equations of the paper, without missing readings, gaps or σ. ``lean_mahony`` is
+``Mahony --lean`` by hand, to the bit (``benchmarks/c/lean``): what C itself takes for these outputs. ``--source FILE.c
 --name NAME`` measures the C of another library too, which has ``NAME_init`` and ``NAME_update`` with the arguments of a
 twin. Code on the Cortex-M4F is that of a program which calls init, update and what it reads, on the AVR that of the
 whole object.
@@ -15,6 +16,7 @@ from typing import Any
 from benchmarks.measure import options, run_script, show
 from benchmarks.speed.boards import shown
 from tests.reference import boards
+from tests.reference.twins import LEAN as BY_HAND
 from tests.reference.twins import NAMES, TWINS
 
 from levelhead import filters
@@ -34,12 +36,14 @@ COLUMNS = {
 
 
 def by_hand(source: Path, name: str) -> dict[str, Any]:
-    """A filter in C that is not levelhead's."""
+    """A filter in C that is not exported; without a header of its own it has that of the twins."""
     with tempfile.TemporaryDirectory() as made:
         folder = Path(made)
         defines = [f"-DFILTER={name}", f'-DFILTER_H="{name}.h"', "-DREAL=float"]
         defines += ["-DAXIS"] if name.endswith("_axis") else []
-        (folder / f"{name}.h").write_text(f'#include <stdint.h>\n#include "{TWINS / "twin.h"}"\n', encoding="utf-8")
+        own = source.with_suffix(".h")
+        header = own if own.is_file() else TWINS / "twin.h"
+        (folder / f"{name}.h").write_text(f'#include <stdint.h>\n#include "{header}"\n', encoding="utf-8")
         common = ("arm-none-eabi-gcc", *boards.M4F, "-O2", "-std=gnu99", f"-I{source.parent}", "-I.")
         boards.run(*common, "-c", source, "-o", "filter.o", cwd=folder)
         boards.run(*common, *defines, boards.SOURCES / "count.c", "filter.o", boards.SOURCES / "cortex-m.c", "-T",
@@ -63,6 +67,7 @@ def rows(source: Path | None, name: str) -> Iterator[dict[str, Any]]:
         yield exported(ExportConfig(params, None, "float", without=LEAN))
     yield exported(ExportConfig(filters.EKF(), real="float"))
     yield exported(ExportConfig(filters.Kalman(), real="float", axis=True))
+    yield by_hand(BY_HAND / "lean_mahony.c", "lean_mahony")
     for twin in NAMES:
         yield by_hand(TWINS / f"{twin}.c", twin)
     if source is not None:

@@ -7,7 +7,11 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 from tests.reference import c_engine
-from tests.reference.twins import NAMES, TWINS
+from tests.reference.twins import LEAN, NAMES, TWINS
+
+from levelhead.export import ExportConfig, write
+from levelhead.export.config import LEAN as PARTS
+from levelhead.filters import Mahony
 
 pytestmark = [
     pytest.mark.compiled,
@@ -56,3 +60,23 @@ def test_the_angle_of_the_lesson(library):
         library.twin_kalman_axis_update(state, *one, None)
         error.append(state[0] - angle[i])
     assert np.std(error[3000:]) < 0.5 and abs(state[1] - 2.0) < 0.5
+
+
+def test_the_lean_filter_by_hand_has_the_bits_of_the_export(tmp_path):
+    """On 300,000 samples, hard ones among them; the program prints the first that differs."""
+    config = ExportConfig(Mahony(), None, "float", without=PARTS)
+    write(config, tmp_path)
+    sources = [LEAN / "same.c", LEAN / "lean_mahony.c", tmp_path / f"{config.name}.c"]
+    command = [
+        "gcc",
+        "-std=gnu11",
+        "-Wall",
+        "-Wextra",
+        "-Werror",
+        "-O2",
+        f"-I{LEAN}",
+        f"-I{tmp_path}",
+        *map(str, sources),
+    ]
+    subprocess.run([*command, "-lm", "-o", str(tmp_path / "same")], check=True)
+    assert subprocess.run([tmp_path / "same"], stdout=subprocess.PIPE, check=False).stdout == b"-1\n"

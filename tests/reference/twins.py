@@ -4,3 +4,4 @@ from pathlib import Path
 
 TWINS = Path(__file__).parents[2] / "benchmarks" / "c" / "twins"
 NAMES = ("twin_mahony", "twin_madgwick", "twin_kalman_axis")
+LEAN = TWINS.parent / "lean"  # an export by hand, to the bit

@@ -1,0 +1,26 @@
+/* What `levelhead export Mahony --lean --float` computes, by hand: the same outputs, bit for bit. */
+#ifndef LEAN_MAHONY_H
+#define LEAN_MAHONY_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+typedef struct {
+    float w, x, y, z, bias[3], age, last[3], rate_age, interval;
+    bool started;
+} lean_mahony;
+
+typedef struct {
+    float w, x, y, z;
+} lean_mahony_quat;
+
+typedef struct {
+    float x, y, z;
+} lean_mahony_vec3;
+
+void lean_mahony_init(lean_mahony *f);
+bool lean_mahony_update(lean_mahony *f, const float gyr[3], const float acc[3], const float mag[3], float dt);
+lean_mahony_quat lean_mahony_quaternion(const lean_mahony *f);
+lean_mahony_vec3 lean_mahony_bias(const lean_mahony *f);
+
+#endif
