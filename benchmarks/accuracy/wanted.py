@@ -15,23 +15,19 @@ from pathlib import Path
 
 import numpy as np
 from benchmarks.accuracy import iron
+from benchmarks.accuracy.uneven_field import fit_field, list_raw, load_raw
 from benchmarks.measure import options, run_script, show
 
 import levelhead as lh
 from levelhead.bench.accuracy import Accuracy, accuracy
-from levelhead.bench.datasets import list_logs, load_recording
 from levelhead.bench.error_figures import measure_errors
 from levelhead.bench.groups import BROAD
 from levelhead.bench.methods import DEFAULT, SMOOTHER, find_method
 from levelhead.bench.ratios import PAIRS, Ratios, geometric_mean
 from levelhead.bench.reference import align_sensor
 from levelhead.bench.timing import Table
-from levelhead.recording import Array, Recording
-from levelhead.rotations import to_scipy
-from levelhead.sources.formats.npz import load_arrays
 
 MINUTE = 60.0  # s
-FAR = 10.0  # µT by which a reading is off the mean field, beyond which it counts less
 SETS = {"diodem": 2.0, "expsimon": 1.3, "x3mate": 2.5}  # °, mean error with magnetometers
 IRON = {0.3: (1.15, 1.5), 3.0: (1.6, 2.0)}  # share of the field -> °, mean error and median of north
 COLUMNS = {"case": "", "measured": "measured", "wanted": "wanted", "missed": "missed by"}
@@ -105,36 +101,16 @@ def simulated_north(seed: int) -> float:
     return abs(iron.north_error(recording, lh.fuse(recording), np.array(lh.simulate.EARTH_FIELD))[0])
 
 
-def even_field(recording: Recording) -> Array:
-    """(3,) field in the reference's frame that, with one offset, explains a raw magnetometer's readings best."""
-    assert recording.mag is not None and recording.truth is not None
-    known = np.isfinite(recording.truth.quat).all(axis=1) & np.isfinite(recording.mag).all(axis=1)
-    turns = to_scipy(recording.truth.quat[known]).as_matrix()[::10]
-    readings = recording.mag[known][::10]
-    columns = np.concatenate([turns, np.broadcast_to(np.eye(3), turns.shape)], axis=2).reshape(-1, 6)
-    target = np.einsum("nij,nj->ni", turns, readings).reshape(-1)
-    weight = np.ones(len(readings))
-    for _ in range(10):
-        each = np.repeat(np.sqrt(weight), 3)
-        fit, *_ = np.linalg.lstsq(columns * each[:, None], target * each, rcond=None)
-        left = np.linalg.norm((target - columns @ fit).reshape(-1, 3), axis=1)
-        weight = 1.0 / np.maximum(1.0, left / FAR)
-    field: Array = fit[3:]
-    return field
-
-
 def raw_rows(places: Sequence[Path]) -> Iterator[Row]:
     """Phones whose raw magnetometer stands beside a reference."""
     norths, worse = {}, {}
-    for path in list_logs(places):
-        arrays = load_arrays(path) if path.suffix == ".npz" else {}
-        if "mag_raw" not in arrays:
-            continue
-        plain = load_recording(path, False)
-        raw = replace(plain, mag=np.asarray(arrays["mag_raw"], dtype=float))
+    for path in list_raw(places):
+        raw = load_raw(path)
+        plain = replace(raw, mag=None)
+        assert raw.truth is not None
         frame = align_sensor(plain)
         first = int(np.searchsorted(raw.t, raw.t[0] + MINUTE))
-        norths[path.stem] = iron.north_error(raw[:first], lh.fuse(raw[:first]), even_field(raw))
+        norths[path.stem] = iron.north_error(raw[:first], lh.fuse(raw[:first]), fit_field(raw, raw.truth.quat).field)
         errors = [measure_errors(one, lh.fuse(one).quat, False, None, frame).rotated for one in (raw, plain)]
         worse[path.stem] = errors[0] / errors[1]
     if norths:
