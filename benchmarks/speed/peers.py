@@ -1,10 +1,10 @@
 """What an update takes on a Cortex-M4F and an AVR: exported filters beside the published equations alone, by hand.
 
 ``python -m benchmarks.speed.peers``. The twins are Mahony's, Madgwick's and the lesson's Kalman filter as published, in
-C by hand (``benchmarks/c/twins``): the equations of the paper, without missing readings, gaps or σ. ``lean_mahony`` is
-``Mahony --lean`` by hand, to the bit (``benchmarks/c/lean``): what C itself takes for these outputs. ``--source FILE.c
---name NAME`` measures the C of another library too, which has ``NAME_init`` and ``NAME_update`` with the arguments of a
-twin. Code on the Cortex-M4F is that of a program which calls init, update and what it reads, on the AVR that of the
+C by hand (``benchmarks/c/twins``): the equations of the paper, without missing readings, gaps or σ. ``lean_mahony`` and
+``lean_ekf`` are lean exports by hand, to the bit (``benchmarks/c/lean``): what C itself takes for these outputs.
+``--source FILE.c --name NAME`` measures the C of another library too, which has ``NAME_init`` and ``NAME_update`` with
+the arguments of a twin. Code on the Cortex-M4F is that of a program which calls init, update and what it reads, on the AVR that of the
 whole object.
 """
 
@@ -17,7 +17,7 @@ from benchmarks.measure import options, run_script, show
 from benchmarks.speed.boards import shown
 from tests.reference import boards
 from tests.reference.twins import LEAN as BY_HAND
-from tests.reference.twins import NAMES, TWINS
+from tests.reference.twins import LEAN_NAMES, NAMES, TWINS
 
 from levelhead import filters
 from levelhead.bench.timing import Table
@@ -67,7 +67,8 @@ def rows(source: Path | None, name: str) -> Iterator[dict[str, Any]]:
         yield exported(ExportConfig(params, None, "float", without=LEAN))
     yield exported(ExportConfig(filters.EKF(), real="float"))
     yield exported(ExportConfig(filters.Kalman(), real="float", axis=True))
-    yield by_hand(BY_HAND / "lean_mahony.c", "lean_mahony")
+    for lean in LEAN_NAMES:
+        yield by_hand(BY_HAND / f"{lean}.c", lean)
     for twin in NAMES:
         yield by_hand(TWINS / f"{twin}.c", twin)
     if source is not None:

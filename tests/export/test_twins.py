@@ -11,7 +11,7 @@ from tests.reference.twins import LEAN, NAMES, TWINS
 
 from levelhead.export import ExportConfig, write
 from levelhead.export.config import LEAN as PARTS
-from levelhead.filters import Mahony
+from levelhead.filters import EKF, Mahony
 
 pytestmark = [
     pytest.mark.compiled,
@@ -62,11 +62,14 @@ def test_the_angle_of_the_lesson(library):
     assert np.std(error[3000:]) < 0.5 and abs(state[1] - 2.0) < 0.5
 
 
-def test_the_lean_filter_by_hand_has_the_bits_of_the_export(tmp_path):
+@pytest.mark.parametrize("params", [Mahony(), EKF()], ids=["Mahony", "EKF"])
+def test_the_lean_filter_by_hand_has_the_bits_of_the_export(params, tmp_path):
     """On 300,000 samples, hard ones among them; the program prints the first that differs."""
-    config = ExportConfig(Mahony(), None, "float", without=PARTS)
+    config = ExportConfig(params, None, "float", without=PARTS)
     write(config, tmp_path)
-    sources = [LEAN / "same.c", LEAN / "lean_mahony.c", tmp_path / f"{config.name}.c"]
+    name = config.name.removeprefix("lh_")
+    sources = [LEAN / "same.c", LEAN / f"lean_{name}.c", tmp_path / f"{config.name}.c"]
+    headers = [f'-DEXPORTED_H="{config.name}.h"', f'-DBY_HAND_H="lean_{name}.h"', f"-DFILTER={name}"]
     command = [
         "gcc",
         "-std=gnu11",
@@ -74,6 +77,7 @@ def test_the_lean_filter_by_hand_has_the_bits_of_the_export(tmp_path):
         "-Wextra",
         "-Werror",
         "-O2",
+        *headers,
         f"-I{LEAN}",
         f"-I{tmp_path}",
         *map(str, sources),

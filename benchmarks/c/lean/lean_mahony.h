@@ -2,12 +2,11 @@
 #ifndef LEAN_MAHONY_H
 #define LEAN_MAHONY_H
 
-#include <stdbool.h>
-#include <stdint.h>
+#include "lean_readings.h"
 
 typedef struct {
-    float w, x, y, z, bias[3], age, last[3], rate_age, interval;
-    bool started;
+    float w, x, y, z, bias[3], age;
+    lean_readings readings;
 } lean_mahony;
 
 typedef struct {

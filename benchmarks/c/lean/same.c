@@ -1,6 +1,10 @@
-/* Two filters on the same hard samples: the first that differs in a bit, or -1. */
-#include "lean_mahony.h"
-#include "lh_mahony.h"
+/* FILTER exported and by hand on the same hard samples: the first that differs in a bit, or -1. */
+#define JOIN2(a, b) a##b
+#define JOIN(a, b) JOIN2(a, b)
+#define EXPORTED(call) JOIN(JOIN(lh_, FILTER), call)
+#define BY_HAND(call) JOIN(JOIN(lean_, FILTER), call)
+#include EXPORTED_H
+#include BY_HAND_H
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -39,19 +43,19 @@ int main(void)
 {
     int differs = -1;
     for (int run = 0; run < 50 && differs < 0; run++) {
-        lh_mahony first;
-        lean_mahony second;
-        lh_mahony_init(&first);
-        lean_mahony_init(&second);
+        EXPORTED() first;
+        BY_HAND() second;
+        EXPORTED(_init)(&first);
+        BY_HAND(_init)(&second);
         for (int i = 0; i < 6000 && differs < 0; i++) {
             float v[9];
             const float *given[3];
             const float dt = sample(i + 700 * run, v, given);
-            const bool a = lh_mahony_update(&first, given[0], given[1], given[2], dt);
-            const bool b = lean_mahony_update(&second, given[0], given[1], given[2], dt);
-            const lh_mahony_output one = lh_mahony_read(&first);
-            const lean_mahony_quat q = lean_mahony_quaternion(&second);
-            const lean_mahony_vec3 w = lean_mahony_bias(&second);
+            const bool a = EXPORTED(_update)(&first, given[0], given[1], given[2], dt);
+            const bool b = BY_HAND(_update)(&second, given[0], given[1], given[2], dt);
+            const EXPORTED(_output) one = EXPORTED(_read)(&first);
+            const BY_HAND(_quat) q = BY_HAND(_quaternion)(&second);
+            const BY_HAND(_vec3) w = BY_HAND(_bias)(&second);
             if (a != b || memcmp(&one.quat, &q, sizeof q) || memcmp(&one.bias, &w, sizeof w)) {
                 differs = i + 6000 * run;
             }
