@@ -4,8 +4,8 @@
 C by hand (``benchmarks/c/twins``): the equations of the paper, without missing readings, gaps or σ. ``lean_mahony`` and
 ``lean_ekf`` are lean exports by hand, to the bit (``benchmarks/c/lean``): what C itself takes for these outputs.
 ``--source FILE.c --name NAME`` measures the C of another library too, which has ``NAME_init`` and ``NAME_update`` with
-the arguments of a twin. Code on the Cortex-M4F is that of a program which calls init, update and what it reads, on the AVR that of the
-whole object.
+the arguments of a twin. Code on the Cortex-M4F is that of a program which calls init, update and what it reads, on the
+AVR that of the whole object.
 """
 
 import tempfile
