@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 from tests.reference.aided import accelerated, flown, rms, tilt, turned
-from tests.reference.engines import NATIVE
+from tests.reference.engines import NATIVE, skip_second_compilation
 from tests.reference.hard import assert_same
 
 import levelhead as lh
@@ -256,6 +256,7 @@ def hard_flight(sensors, with_mag):
 @pytest.mark.parametrize("engine", [NATIVE, pytest.param("compiled", marks=pytest.mark.full)])
 def test_the_same_bits(engine, sensors, with_mag, guard, monkeypatch):
     """In several stretches, so that runs forward are repeated; where velocity finds heading, also from a new start."""
+    skip_second_compilation(engine, guard)
     recording = hard_flight(sensors, with_mag)
     monkeypatch.setattr(smoothing, "MOST_BLOCKS", 40)
     turn_start, starts = smoothing.Smoother._turn_start, []

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from tests.reference.engines import NATIVE
+from tests.reference.engines import NATIVE, skip_second_compilation
 from tests.reference.hard import assert_same, hard_recording
 
 import levelhead as lh
@@ -118,6 +118,7 @@ def test_progress_reaches_one(walk):
 @pytest.mark.parametrize("engine", [NATIVE, pytest.param("compiled", marks=pytest.mark.full)])
 def test_the_same_bits(engine, guard, with_mag, monkeypatch):
     """Gaps, missing readings, disturbances; in several stretches, so that runs forward are repeated."""
+    skip_second_compilation(engine, guard)
     recording = hard_recording(with_mag)[:700]
     monkeypatch.setattr(smoothing, "MOST_BLOCKS", 12)
     tracks = [lh.smooth(recording, guard=guard, engine=one) for one in ("python", engine)]
