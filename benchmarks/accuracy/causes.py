@@ -160,6 +160,11 @@ class Beyond(NamedTuple):
     jumps: tuple[tuple[float, float, Jump], ...] = ()
 
 
+def far_entries(shares: dict[Entry, float]) -> list[Entry]:
+    """Recordings with more than ``SHARE`` of their samples beyond 4σ, the most first."""
+    return sorted((entry for entry, share in shares.items() if share > SHARE), key=lambda one: -shares[one])
+
+
 def beyond_of(entry: Entry) -> Beyond:
     """Of one recording without magnetometer."""
     recording = load_recording(entry.path, False)
@@ -214,7 +219,7 @@ def beyond_tables(places: Sequence[Path], jobs: int, report: Progress) -> Iterat
     """Where more than 1 % of the errors of tilt are beyond 4σ: is it the gyroscope's bias, or the reference?"""
     entries = survey(places, False)[0]
     found = run_tasks(beyond_of, entries, jobs, report)
-    far = sorted((entry for entry in entries if found[entry].share > SHARE), key=lambda one: -found[one].share)
+    far = far_entries({entry: found[entry].share for entry in entries})
     groups = [(entry.name, entry.group.dataset, [found[entry]]) for entry in far]
     for name in dict.fromkeys(entry.group.dataset for entry in entries):
         some = [found[entry] for entry in entries if entry.group.dataset == name]
@@ -300,7 +305,7 @@ def heading_tables(places: Sequence[Path], jobs: int, report: Progress) -> Itera
     """Where more than 1 % of the errors of heading are beyond 4σ: is it the gyroscope's bias?"""
     entries = survey(places, False)[0]
     found = run_tasks(heading_of, entries, jobs, report)
-    far = sorted((entry for entry in entries if found[entry].share > SHARE), key=lambda one: -found[one].share)
+    far = far_entries({entry: found[entry].share for entry in entries})
     rows = [
         {"case": entry.name, "set": entry.group.dataset, "sigmas": found[entry].off / USUAL.bias_start}
         | found[entry]._asdict()

@@ -150,8 +150,7 @@ static RARE int condition(lean_readings *f, const float *bias, float *v, float d
     return gap ? AFTER_GAP : STEP;
 }
 
-/* sin(angle/2)/angle and cos(angle/2) of square = (angle/2)². */
-static RARE void half_angle(float square, float *s, float *c)
+static RARE void half_angle_far(float square, float *s, float *c)
 {
     if (square < SMALL) {
         const float fourth = square * square;
@@ -185,6 +184,17 @@ static RARE void half_angle(float square, float *s, float *c)
     }
     *s = 0.5f * sin / half;
     *c = cos;
+}
+
+/* sin(angle/2)/angle and cos(angle/2) of square = (angle/2)², rad². */
+static inline __attribute__((always_inline)) void half_angle(float square, float *s, float *c)
+{
+    const float fourth = square * square;
+    *s = (0.5f - square * (1.0f / 12.0f)) + fourth * (1.0f / 240.0f - square * (1.0f / 10080.0f));
+    *c = (1.0f - square * 0.5f) + fourth * (1.0f / 24.0f - square * (1.0f / 720.0f));
+    if (square > SHORT) {
+        half_angle_far(square, s, c);
+    }
 }
 
 #endif

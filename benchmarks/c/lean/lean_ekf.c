@@ -209,13 +209,9 @@ static inline __attribute__((always_inline)) void correct(lean_ekf *f, float dt)
             UPDATE(f, turn, p->axz, p->ayz, p->azz, p->czx, p->czy, p->czz, p->azz + r, off, WITHOUT);
         }
     }
-    const float across2 = turn[0] * turn[0] + turn[1] * turn[1], square = 0.25f * (across2 + turn[2] * turn[2]);
-    const float fourth = square * square, w = f->w, x = f->x, y = f->y, z = f->z;
-    float s = (0.5f - square * (1.0f / 12.0f)) + fourth * (1.0f / 240.0f - square * (1.0f / 10080.0f));
-    float c = (1.0f - square * 0.5f) + fourth * (1.0f / 24.0f - square * (1.0f / 720.0f));
-    if (square > SHORT) {
-        half_angle(square, &s, &c);
-    }
+    const float across2 = turn[0] * turn[0] + turn[1] * turn[1], w = f->w, x = f->x, y = f->y, z = f->z;
+    float s, c;
+    half_angle(0.25f * (across2 + turn[2] * turn[2]), &s, &c);
     const float a = turn[0] * s, b = turn[1] * s, d = turn[2] * s;
     const float fx = f->force[0], fy = f->force[1], fz = f->force[2];
     if (across2 < 0.0001f) {
@@ -275,12 +271,8 @@ bool lean_ekf_update(lean_ekf *f, const float gyr[3], const float acc[3], const 
         field2 = mx * mx + my * my + mz * mz;
     }
     const float rx = (gx - f->bias[0]) * dt, ry = (gy - f->bias[1]) * dt, rz = (gz - f->bias[2]) * dt;
-    const float square = 0.25f * (rx * rx + ry * ry + rz * rz), fourth = square * square;
-    float s = (0.5f - square * (1.0f / 12.0f)) + fourth * (1.0f / 240.0f - square * (1.0f / 10080.0f));
-    float c = (1.0f - square * 0.5f) + fourth * (1.0f / 24.0f - square * (1.0f / 720.0f));
-    if (square > SHORT) {
-        half_angle(square, &s, &c);
-    }
+    float s, c;
+    half_angle(0.25f * (rx * rx + ry * ry + rz * rz), &s, &c);
     const float hx = rx * s, hy = ry * s, hz = rz * s, qw = f->w, qx = f->x, qy = f->y, qz = f->z;
     const float w = (qw * c - qx * hx) - (qy * hy + qz * hz), x = (qw * hx + qx * c) + (qy * hz - qz * hy);
     const float y = (qw * hy + qy * c) + (qz * hx - qx * hz), z = (qw * hz + qz * c) + (qx * hy - qy * hx);

@@ -89,12 +89,8 @@ bool lean_mahony_update(lean_mahony *f, const float gyr[3], const float acc[3], 
         field2 = mx * mx + my * my + mz * mz;
     }
     const float rx = (gx - f->bias[0]) * dt, ry = (gy - f->bias[1]) * dt, rz = (gz - f->bias[2]) * dt;
-    const float square = 0.25f * (rx * rx + ry * ry + rz * rz), fourth = square * square;
-    float s = (0.5f - square * (1.0f / 12.0f)) + fourth * (1.0f / 240.0f - square * (1.0f / 10080.0f));
-    float c = (1.0f - square * 0.5f) + fourth * (1.0f / 24.0f - square * (1.0f / 720.0f));
-    if (square > SHORT) {
-        half_angle(square, &s, &c);
-    }
+    float s, c;
+    half_angle(0.25f * (rx * rx + ry * ry + rz * rz), &s, &c);
     const float hx = rx * s, hy = ry * s, hz = rz * s, qw = f->w, qx = f->x, qy = f->y, qz = f->z;
     const float w = (qw * c - qx * hx) - (qy * hy + qz * hz), x = (qw * hx + qx * c) + (qy * hz - qz * hy);
     const float y = (qw * hy + qy * c) + (qz * hx - qx * hz), z = (qw * hz + qz * c) + (qx * hy - qy * hx);

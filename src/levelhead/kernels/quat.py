@@ -34,7 +34,7 @@ class Euler(NamedTuple):
 
 
 IDENTITY = Quat(1.0, 0.0, 0.0, 0.0)
-SHORT = 1e-3  # (angle/2)² up to which two terms behind the first are exact to the last bit or two
+SHORT = 1e-3  # rad², (angle/2)² up to which two terms behind the first are exact to the last bit or two
 SMALL = 0.01  # the same of three
 
 
@@ -102,7 +102,7 @@ def rotate(q: Quat, v: Vec3) -> Vec3:
 
 @kernel
 def half_angle(square: float) -> HalfAngle:
-    """sin(angle/2)/angle and cos(angle/2) of square = (angle/2)².
+    """sin(angle/2)/angle (1/rad) and cos(angle/2) of square = (angle/2)² (rad²).
 
     From one sample to the next a body seldom turns by more than 0.06 rad; up to there short Taylor series do, free of
     0/0. Every filter waits for this before it can correct.

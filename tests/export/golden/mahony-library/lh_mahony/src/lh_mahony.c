@@ -215,7 +215,7 @@ static const float IRON_MOST_SIGMA = 0.15f; /* of the field: 1σ of its level pa
 /* times the mean square, beyond which a pair counts by its size and no more by its square (Huber) */
 static const float IRON_USUAL = 4.0f;
 
-/* (angle/2)² up to which two terms behind the first are exact to the last bit or two */
+/* rad², (angle/2)² up to which two terms behind the first are exact to the last bit or two */
 static const float QUAT_SHORT = 0.001f;
 static const float QUAT_SMALL = 0.01f; /* the same of three */
 
@@ -2366,7 +2366,7 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
             s = half_angle_far.sinc;
             c_2 = half_angle_far.cos;
         } else {
-            /* quat.half_angle: sin(angle/2)/angle and cos(angle/2) of square = (angle/2)². */
+            /* quat.half_angle: sin(angle/2)/angle (1/rad) and cos(angle/2) of square = (angle/2)² (rad²). */
             const float fourth = number_75 * number_75;
             s = 0.5f - number_75 * (1.0f / 12.0f) + fourth * (1.0f / 240.0f - number_75 * (1.0f / 10080.0f));
             c_2 = 1.0f - number_75 * 0.5f + fourth * (1.0f / 24.0f - number_75 * (1.0f / 720.0f));
