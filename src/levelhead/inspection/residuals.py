@@ -1,17 +1,15 @@
-"""Findings of what the comparison of turns gives besides the matrix: delays, iron, a filter, a bias that jumps."""
+"""Findings of what the comparison of turns gives besides the matrix: delays, iron, a filter, a bias."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
-from typing import NamedTuple
 
 import numpy as np
 
-from levelhead.inspection.agreement import SETTLED, SLOW, Hypothesis, Seen
+from levelhead.inspection.agreement import SLOW, Hypothesis, Seen
 from levelhead.inspection.findings import Finding
 from levelhead.inspection.mend import Mend
 from levelhead.inspection.values import NAMES
 from levelhead.recording import Array
-from levelhead.signals.turn_matrix import ALL_NINE, SHAPES, TurnMatrix, fit
+from levelhead.signals.turn_matrix import SHAPES
 
 SIGMAS = 1.96  # of an interval of 95 %
 MIN_SIGMAS = 4.0  # σ
@@ -23,11 +21,7 @@ MUCH = 0.08  # s from which it is worse than a note
 SHARE, ROUGH, HIDDEN = 0.08, 0.02, 0.3  # of the field: iron worth a word; 1σ that no model has, and without contrast
 OVAL, OVAL_ROUGH, OVAL_HIDDEN = 0.08, 0.015, 0.1  # of the field, as SHARE, ROUGH and HIDDEN
 MIN_AXIS = 0.2  # of an axis of the field's shape: less is not a fit
-JUMP, WIDEST = np.radians((0.6, 20.0))  # rad/s; 20 deg/s is the zero-rate tolerance of the MPU-6050's data sheet
-JUMP_SURE = {1: 6.5, 2: 5.0}  # σ, by how many sensors show the bias
 BIAS, WANDER, VAGUE = np.radians((1.0, 0.2, 2.0))  # rad/s: worth a note; 1σ that no model has, and without contrast
-REFINEMENTS = 2
-EDGE = 2  # segments on each side of a jump
 
 
 def _lag_sigma(force: Seen) -> float:
@@ -155,26 +149,6 @@ def examine_shape(field: Seen, fault: Hypothesis | None) -> Iterator[Finding]:
     )
 
 
-def examine_bias_jump(found: "BiasJump | None") -> Iterator[Finding]:
-    """Whether the gyroscope's bias is another one from some moment on."""
-    if found is None:
-        return
-    change, at = found.change, found.at
-    axis = int(np.abs(change).argmax())
-    size, spread = float(np.degrees(np.abs(change[axis]))), float(np.degrees(SIGMAS * found.sigma))
-    yield Finding(
-        "bias_jumps",
-        "warning",
-        f"the gyroscope's bias jumps by {np.degrees(change[axis]):+.1f} deg/s ({'xyz'[axis]}) at about {at:.0f} s",
-        f"rates that gravity or the field does not show, before and after; {found.sure:.0f} σ, ±{spread:.1f} deg/s",
-        "Fuse the parts one by one.",
-        value=size,
-        interval=(max(0.0, size - spread), size + spread),
-        unit="deg/s",
-        mend=found.mend,
-    )
-
-
 def examine_bias(seen: Sequence[Seen]) -> Iterator[Finding]:
     """The gyroscope's bias in motion: the rate that gravity and the field do not show."""
     if not seen:
@@ -201,88 +175,3 @@ def examine_bias(seen: Sequence[Seen]) -> Iterator[Finding]:
         interval=(size - spread_deg, size + spread_deg),
         unit="deg/s",
     )
-
-
-class BiasJump(NamedTuple):
-    """A step of the bias.
-
-    Attributes:
-        sure: by how many σ.
-        change: of the bias, rad/s, (3,).
-        sigma: 1σ along the largest axis.
-        first: segment after the step.
-        at: s, its time.
-    """
-
-    sure: float
-    change: Array
-    sigma: float
-    first: int
-    at: float
-
-    @property
-    def mend(self) -> Mend:
-        """The change taken off again."""
-        return Mend("gyr", np.eye(3), self.change, since=self.at)
-
-
-def _biases(fits: Sequence[TurnMatrix]) -> tuple[Array, Array]:
-    """(m, 3) the bias in each segment by all sensors, and (m, 3, 3) its weight; each sensor weighs by its scatter."""
-    weights, sums = [], []
-    for one in fits:
-        off = one.own_bias - _mean(one.own_weight, one.own_bias)
-        rest = float(np.einsum("mi,mij,mj->", off, one.own_weight, off))
-        weight = one.own_weight * (3.0 * len(off) - 3.0) / max(rest, 1e-12)
-        weights.append(weight)
-        sums.append(np.einsum("mij,mj->mi", weight, one.own_bias))
-    total: Array = np.sum(weights, axis=0)
-    bias: Array = np.linalg.solve(total, np.sum(sums, axis=0)[..., None])[..., 0]
-    return bias, total
-
-
-def _mean(weight: Array, values: Array) -> Array:
-    made: Array = np.linalg.solve(weight.sum(axis=0), np.einsum("mij,mj->i", weight, values))
-    return made
-
-
-def _step(start: Array, bias: Array, weight: Array, splits: Sequence[int]) -> BiasJump | None:
-    """The clearest step between two segments, by least squares with a mean before it and one after it."""
-    best: BiasJump | None = None
-    for split in splits:
-        parts, rest = [], 0.0
-        for rows in (slice(None, split), slice(split, None)):
-            middle = _mean(weight[rows], bias[rows])
-            off = bias[rows] - middle
-            rest += float(np.einsum("mi,mij,mj->", off, weight[rows], off))
-            parts.append((middle, np.linalg.inv(weight[rows].sum(axis=0))))
-        excess = max(rest / (3.0 * len(bias) - 6.0), 1e-12)
-        change, covariance = parts[1][0] - parts[0][0], excess * (parts[0][1] + parts[1][1])
-        sure = float(np.sqrt(change @ np.linalg.solve(covariance, change)))
-        axis = int(np.abs(change).argmax())
-        if best is None or sure > best.sure:
-            best = BiasJump(sure, change, float(np.sqrt(covariance[axis, axis])), split, float(start[split]))
-    return best
-
-
-def find_jump(seen: Sequence[Seen]) -> BiasJump | None:
-    """A step that is beyond doubt; found, taken out, and what is left of it added. Biases are b of eq. 1, negated."""
-    if not seen:
-        return None
-    start = seen[0].segments.start
-    seen = [one for one in seen if np.array_equal(one.segments.start, start)]
-    count = len(start)
-    best = _step(start, *_biases([one.fit for one in seen]), range(EDGE, count - EDGE))
-    if best is None or best.sure < JUMP_SURE[len(seen)] or float(np.abs(best.change).max()) < JUMP:
-        return None
-    change = best.change
-    for _ in range(REFINEMENTS):
-        after = np.arange(count)[None, :, None] >= best.first
-        level = [replace(one.segments, rate=one.segments.rate + after * change) for one in seen]
-        fits = [fit(part, one.fit.matrix, ALL_NINE, SETTLED) for part, one in zip(level, seen, strict=True)]
-        again = _step(start, *_biases(fits), (best.first,))
-        if again is None:
-            break
-        change = change + again.change
-        best = best._replace(sigma=again.sigma)
-    sure = SIGMAS * best.sigma < float(np.abs(change).max()) < WIDEST  # an interval that holds 0 claims nothing
-    return best._replace(change=-change) if sure else None

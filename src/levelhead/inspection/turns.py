@@ -6,19 +6,17 @@ from math import degrees, log
 import numpy as np
 
 from levelhead.inspection.agreement import Agreement, Hypothesis, Seen, agree, settle
+from levelhead.inspection.bias_jump import BiasJump, examine_bias_jump, find_jump
 from levelhead.inspection.findings import Finding
 from levelhead.inspection.mend import turn
 from levelhead.inspection.residuals import (
-    BiasJump,
     examine_bias,
-    examine_bias_jump,
     examine_delay,
     examine_field_delay,
     examine_iron,
     examine_shape,
     examine_slow_force,
     find_delay,
-    find_jump,
 )
 from levelhead.inspection.values import NAMES
 from levelhead.open_types import JsonObject
@@ -58,7 +56,8 @@ def examine_turns(recording: Recording, most: int = MAX_SEGMENTS) -> Iterator[Fi
         yield from examine_field_delay(settled["mag"], late)
         yield from examine_iron(settled["mag"], fault)
         yield from examine_shape(settled["mag"], fault)
-    yield from examine_bias_jump(jump or find_jump(list(settled.values())))
+    right = recording if fault is None else turn(fault.role, fault.matrix).apply(recording)
+    yield from examine_bias_jump(jump or find_jump(right, list(settled.values())))
     yield from examine_bias(list(settled.values()))
 
 
@@ -86,7 +85,7 @@ def _explain(recording: Recording, most: int) -> tuple[Agreement, BiasJump | Non
     agreement = agree(recording, most)
     if agreement.fault is None:
         return agreement, None
-    jump = find_jump([settle(one, None) for one in agreement.seen])
+    jump = find_jump(recording, [settle(one, None) for one in agreement.seen])
     if jump is None:
         return agreement, None
     level = agree(jump.mend.apply(recording), most)
