@@ -8,7 +8,8 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from levelhead.inspection.agreement import FLOOR, MIMICKED, Seen, _combine, agree
-from levelhead.inspection.learned_turn import LINEAR, LearnedTurn, learn_turn
+from levelhead.inspection.learned import LINEAR, Learned
+from levelhead.inspection.learned_turn import LearnedTurn, learn_turn
 from levelhead.recording import Array, Recording
 
 RATE = 50.0
@@ -49,6 +50,27 @@ def test_an_axis_that_does_not_turn_is_not_known() -> None:
     sigma = np.sqrt(np.diag(found.covariance)).reshape(3, 3)
     assert sigma[0, 0] < 0.02
     assert sigma[1, 1] > 0.3 and sigma[2, 2] > 0.3
+
+
+def test_a_prior_taken_off_and_put_back_leaves_the_numbers() -> None:
+    """Bayes' rule for normal distributions, by hand: two numbers, of which the second is hardly shown."""
+    shown, prior = np.diag([400.0, 0.1]), np.array([0.2, 0.5])
+    mean = np.array([0.1, 2.0])
+    covariance = np.linalg.inv(shown + np.diag(prior**-2.0))
+    beside = Learned(covariance @ shown @ mean, covariance)
+    alone = beside.without_prior(prior)
+    np.testing.assert_allclose(alone.mean, mean, rtol=1e-9)
+    np.testing.assert_allclose(alone.covariance, np.linalg.inv(shown), rtol=1e-9)
+    np.testing.assert_allclose(alone.with_prior(prior), beside.mean, rtol=1e-9)
+    assert abs(beside.mean[1]) < 0.1  # so a number far off, but not shown, is near with the prior
+
+
+@pytest.mark.parametrize("name", ["openaxes/circle100_radius", "tyrex/Guillaume_Nexus5_Dist_BackPocket"])
+def test_a_number_that_is_not_shown_hides_no_other(data_dir: Path, name: str) -> None:
+    found = learn_turn(start_of(data_dir, name))
+    assert found is not None
+    sigma = np.sqrt(np.diag(found.covariance)).reshape(3, 3)
+    assert np.abs((found.matrix - np.eye(3)) / np.hypot(sigma, FLOOR)).max() < 4.0
 
 
 def test_what_is_far_from_the_identity_is_not_learned() -> None:

@@ -143,7 +143,7 @@ def step_between(windows: BiasWindows) -> BiasJump | None:
 def _fit_step(windows: BiasWindows, split: int) -> tuple[BiasJump, Array]:
     """A step before window ``split``, and S of all: least squares for a bias before, a change and S.
 
-    The scatter of the biases that is left widens the covariance.
+    The scatter that is left, over the count of numbers that the windows show, widens the covariance.
     """
     design = np.zeros((len(windows.first), 12, 15))
     design[:, :3, :3], design[:, 3:, 6:] = np.eye(3), np.eye(9)
@@ -152,9 +152,11 @@ def _fit_step(windows: BiasWindows, split: int) -> tuple[BiasJump, Array]:
         np.repeat((0.0, SCALE**-2.0), (6, 9))
     )
     best = np.linalg.solve(normal, np.einsum("mia,mij,mj->a", design, windows.weight, windows.mean))
-    pull = np.einsum("mij,mj->mi", windows.weight[:, :3], windows.mean - design @ best)
-    rest = float((pull * np.linalg.solve(windows.weight[:, :3, :3], pull[..., None])[..., 0]).sum())
-    covariance = max(rest / (3.0 * len(pull) - 6.0), 1.0) * np.linalg.inv(normal)[3:6, 3:6]
+    off, prior = windows.mean - design @ best, np.diag(PRIOR**-2.0)
+    rest = float(np.einsum("mi,mij,mj->", off, windows.weight, off))
+    shown = float(np.trace(np.linalg.solve(windows.weight + prior, windows.weight), axis1=1, axis2=2).sum())
+    excess = max(rest / max(shown - 6.0, 1.0), 1.0)
+    covariance = excess * np.linalg.inv(normal)[3:6, 3:6]
     return _make_jump(best[3:6], covariance, 0.5 * float(windows.last[split - 1] + windows.first[split])), best[6:]
 
 

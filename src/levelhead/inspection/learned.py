@@ -35,6 +35,12 @@ class Learned(NamedTuple):
         mean = axes @ (weights / own * (axes.T @ (self.mean / sigma)))
         return Learned(sigma * mean, (axes / own) @ axes.T * np.outer(sigma, sigma))
 
+    def with_prior(self, sigma: Array) -> Array:
+        """The numbers beside such a prior, (n,): what is not shown is near 0."""
+        known = np.linalg.inv(self.covariance)
+        made: Array = np.linalg.solve(known + np.diag(sigma**-2.0), known @ self.mean)
+        return made
+
 
 def learn(recording: Recording, params: ESKF, state: int, count: int) -> Learned:
     """``count`` states from ``state`` on, at the end of a run by the native engine.

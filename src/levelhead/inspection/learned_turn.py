@@ -43,6 +43,6 @@ def learn_turn(recording: Recording) -> LearnedTurn | None:
         found = learn_beside_forces(replace(plain, gyr=plain.gyr @ known.T), WIDE, GYR_MATRIX, 9, np.full(9, START))
     except LevelheadError:
         return None
-    if found is None or not is_near(found.mean):
+    if found is None or not is_near(found.with_prior(np.full(9, START))):
         return None
     return LearnedTurn((np.eye(3) - found.mean.reshape(3, 3)) @ known, found.covariance)
