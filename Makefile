@@ -75,7 +75,7 @@ test: quick
 	$(TESTS) -m "(compiled or slow) and not full"
 
 test-full: $(READY) page build/pyodide
-	$(TESTS) -m full
+	$(TESTS) -m full --durations=15 --durations-min=20
 
 # The site with the pages that run in the browser.
 site: try
