@@ -29,7 +29,7 @@ from levelhead.signals.turn_matrix import (
 from levelhead.units import DEGREE
 
 FLOOR = 0.02  # 1σ of each number of M: scale errors of good sensors, and what no model has
-FOLLOWS = 0.4  # share of the turn that forces, or iron nearby, may mimic
+FOLLOWS = 0.6  # share of the turn that forces, or iron nearby, may mimic
 MIMICKED = 0.1  # the same for the filter, which averages over seconds
 CONTRARY = 25.0  # χ² of nine numbers, which one pair in 300 exceeds
 SETTLED = 0.03  # 1σ of each number of M beside the fault that was found

@@ -43,6 +43,8 @@ def learn_turn(recording: Recording) -> LearnedTurn | None:
         found = learn_beside_forces(replace(plain, gyr=plain.gyr @ known.T), WIDE, GYR_MATRIX, 9, np.full(9, START))
     except LevelheadError:
         return None
-    if found is None or not is_near(found.with_prior(np.full(9, START))):
+    if found is None:
         return None
-    return LearnedTurn((np.eye(3) - found.mean.reshape(3, 3)) @ known, found.covariance)
+    matrix = (np.eye(3) - found.mean.reshape(3, 3)) @ known
+    whole = found._replace(mean=(np.eye(3) - matrix).ravel())
+    return LearnedTurn(matrix, found.covariance) if is_near(whole.with_prior(np.full(9, START))) else None
