@@ -5,21 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
+from tests.reference.moved_sensor import RATE, observe_motion
 
 from levelhead.inspection.bias_jump import find_jump, learn_windows
 from levelhead.recording import Array, Recording
-
-RATE, G = 50.0, 9.80665
-
-
-def moved(angles: Array, acceleration: Array, seed: int = 0) -> Recording:
-    """A sensor at rotation vectors (n, 3) with accelerations (n, 3) of the earth's frame: closed forms."""
-    rng = np.random.default_rng(seed)
-    attitude = Rotation.from_rotvec(angles)
-    omega = (attitude[:-1].inv() * attitude[1:]).as_rotvec() * RATE
-    acc = attitude[1:].inv().apply(acceleration[1:] + [0.0, 0.0, G])
-    noise = rng.normal(0.0, 1.0, (2, *omega.shape))
-    return Recording(np.arange(len(omega)) / RATE, omega + 2e-3 * noise[0], acc + 0.02 * noise[1])
 
 
 def walk(seconds: float = 60.0, seed: int = 0) -> Recording:
@@ -27,7 +16,9 @@ def walk(seconds: float = 60.0, seed: int = 0) -> Recording:
     t = np.arange(0.0, seconds, 1.0 / RATE)[:, None]
     phase = np.random.default_rng(seed).uniform(0.0, 6.0, 3)
     angles = 0.2 * np.sin(2.0 * np.pi * np.array([1.9, 0.95, 0.07]) * t + phase) * [1.0, 1.0, 3.0]
-    return moved(angles, np.sin(2.0 * np.pi * np.array([0.95, 1.9, 1.9]) * t + phase[::-1]) * [1.5, 2.0, 3.0], seed)
+    return observe_motion(
+        angles, np.sin(2.0 * np.pi * np.array([0.95, 1.9, 1.9]) * t + phase[::-1]) * [1.5, 2.0, 3.0], seed
+    )
 
 
 def with_jump(recording: Recording, change: Array, at: float) -> Recording:
@@ -51,7 +42,7 @@ def test_a_walk_without_a_step_has_none(seed: int) -> None:
 def test_the_vertical_is_not_known_from_forces() -> None:
     """A body that keeps upright: its bias about the vertical turns no force."""
     t = np.arange(0.0, 60.0, 1.0 / RATE)[:, None]
-    upright = moved(np.sin(0.8 * t) * [0.0, 0.0, 1.0], np.zeros((len(t), 3)))
+    upright = observe_motion(np.sin(0.8 * t) * [0.0, 0.0, 1.0], np.zeros((len(t), 3)))
     found = learn_windows(with_jump(upright, np.radians([0.0, 0.0, 4.0]), 30.0))
     assert found is not None
     sigma = np.degrees(np.sqrt(np.linalg.inv(found.weight).diagonal(axis1=1, axis2=2)[:, :3]))
@@ -78,7 +69,9 @@ def test_a_scale_is_no_step(seed: int, scale: float) -> None:
     t = np.arange(0.0, 60.0, 1.0 / RATE)[:, None]
     phase = np.random.default_rng(seed).uniform(0.0, 6.0, 3)
     curve = np.where(t < 30.0, 0.0, t - 30.0) * [0.0, 0.0, 1.0]
-    walker = moved(curve + 0.2 * np.sin(6.0 * t + phase) * [1.0, 1.0, 0.5], np.sin(6.0 * t + phase) * 2.0, seed)
+    walker = observe_motion(
+        curve + 0.2 * np.sin(6.0 * t + phase) * [1.0, 1.0, 0.5], np.sin(6.0 * t + phase) * 2.0, seed
+    )
     askew = walker.gyr @ Rotation.from_rotvec([0.1, 0.0, 0.0]).as_matrix().T
     assert find_jump(replace(walker, gyr=scale * askew), []) is None
 

@@ -5,31 +5,18 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from scipy.spatial.transform import Rotation
+from tests.reference.moved_sensor import RATE, observe_motion
 
 from levelhead.inspection.agreement import FLOOR, MIMICKED, Seen, _combine, agree
 from levelhead.inspection.learned import LINEAR, Learned
 from levelhead.inspection.learned_turn import LearnedTurn, learn_turn
-from levelhead.recording import Array, Recording
-
-RATE = 50.0
-G = 9.80665
-
-
-def turned(angles: Array, moved: Array, seed: int = 0) -> Recording:
-    """A sensor at rotation vectors (n, 3) with accelerations (n, 3) of the earth's frame: closed forms."""
-    rng = np.random.default_rng(seed)
-    attitude = Rotation.from_rotvec(angles)
-    omega = (attitude[:-1].inv() * attitude[1:]).as_rotvec() * RATE
-    acc = attitude[1:].inv().apply(moved[1:] + [0.0, 0.0, G])
-    noise = rng.normal(0.0, 1.0, (2, *omega.shape))
-    return Recording(np.arange(len(omega)) / RATE, omega + 2e-3 * noise[0], acc + 0.02 * noise[1])
+from levelhead.recording import Recording
 
 
 def tumble(seconds: float = 60.0) -> Recording:
     t = np.arange(0.0, seconds, 1.0 / RATE)[:, None]
     angles = np.sin(2.0 * np.pi * np.array([0.11, 0.17, 0.23]) * t + [0.0, 1.0, 2.0]) * [1.2, 0.9, 0.8]
-    return turned(angles, 0.5 * np.sin(2.0 * np.pi * np.array([1.1, 1.7, 0.9]) * t))
+    return observe_motion(angles, 0.5 * np.sin(2.0 * np.pi * np.array([1.1, 1.7, 0.9]) * t))
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -45,7 +32,7 @@ def test_the_matrix_put_in_is_learned_to_within_its_sigma(seed: int) -> None:
 
 def test_an_axis_that_does_not_turn_is_not_known() -> None:
     t = np.arange(0.0, 60.0, 1.0 / RATE)[:, None]
-    found = learn_turn(turned(np.sin(0.8 * t) * [1.0, 0.0, 0.0], np.zeros((len(t), 3))))
+    found = learn_turn(observe_motion(np.sin(0.8 * t) * [1.0, 0.0, 0.0], np.zeros((len(t), 3))))
     assert found is not None
     sigma = np.sqrt(np.diag(found.covariance)).reshape(3, 3)
     assert sigma[0, 0] < 0.02

@@ -148,13 +148,14 @@ def _fit_step(windows: BiasWindows, split: int) -> tuple[BiasJump, Array]:
     design = np.zeros((len(windows.first), 12, 15))
     design[:, :3, :3], design[:, 3:, 6:] = np.eye(3), np.eye(9)
     design[split:, :3, 3:6] = np.eye(3)
-    normal = np.einsum("mia,mij,mjb->ab", design, windows.weight, design) + np.diag(
-        np.repeat((0.0, SCALE**-2.0), (6, 9))
-    )
+    prior = np.diag(np.repeat((0.0, SCALE**-2.0), (6, 9)))  # biases have no prior, S has one
+    normal = np.einsum("mia,mij,mjb->ab", design, windows.weight, design) + prior
     best = np.linalg.solve(normal, np.einsum("mia,mij,mj->a", design, windows.weight, windows.mean))
-    off, prior = windows.mean - design @ best, np.diag(PRIOR**-2.0)
+    off = windows.mean - design @ best
     rest = float(np.einsum("mi,mij,mj->", off, windows.weight, off))
-    shown = float(np.trace(np.linalg.solve(windows.weight + prior, windows.weight), axis1=1, axis2=2).sum())
+    shown = float(
+        np.trace(np.linalg.solve(windows.weight + np.diag(PRIOR**-2.0), windows.weight), axis1=1, axis2=2).sum()
+    )
     excess = max(rest / max(shown - 6.0, 1.0), 1.0)
     covariance = excess * np.linalg.inv(normal)[3:6, 3:6]
     return _make_jump(best[3:6], covariance, 0.5 * float(windows.last[split - 1] + windows.first[split])), best[6:]

@@ -23,7 +23,7 @@ MOVED = 2.0  # 1σ of what forces mimic, in changes of the states between the tw
 
 
 class Learned(NamedTuple):
-    """Numbers (n,) and their covariance (n, n)."""
+    """States in their own units, (n,), and their covariance, (n, n)."""
 
     mean: Array
     covariance: Array
