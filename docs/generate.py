@@ -144,7 +144,7 @@ def overview() -> str:
         settles = f"{seconds(flt.settles.tilt)} / {seconds(flt.settles.heading)}"
         axis = "yes" if flt.axis else "no"
         rows.append([page, sensors(flt), gives(flt), settles, axis, str(flt.params.__doc__).splitlines()[0]])
-    header = ["filter", "uses", "estimates", "a wrong tilt / heading is corrected", "one axis", "what it is"]
+    header = ["filter", "uses", "estimates", "a wrong tilt / heading is corrected", "one axis", "method"]
     return table(header, rows)
 
 
@@ -281,7 +281,7 @@ def faults() -> str:
         size = "below the largest reading" if callable(kind.size) else f"{kind.size:.3g}"
         length = "to the end" if math.isinf(kind.length) else f"{kind.length:g} s"
         rows.append([code(kind.name), kind.words, size, kind.unit, length])
-    return table(["fault", "what goes wrong", "usual size", "unit", "usual length"], rows)
+    return table(["fault", "its effect", "usual size", "unit", "usual length"], rows)
 
 
 def errors() -> str:

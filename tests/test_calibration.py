@@ -175,7 +175,7 @@ def refused(path):
 def test_foreign_files_are_refused(content, tmp_path):
     path = tmp_path / "sensor.json"
     path.write_bytes(content)
-    assert "is not a calibration; expected what levelhead saved" in refused(path)
+    assert "is not a calibration; expected the JSON that levelhead saved" in refused(path)
 
 
 def test_missing_files_and_folders_are_refused(runs, tmp_path):

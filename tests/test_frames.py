@@ -79,11 +79,11 @@ def test_a_quarter_turn_by_angles_is_that_by_letters():
     [
         ("ZZY:1,2,3", "none twice in a row"),
         ("ZYx:1,2,3", "the sequence 'ZYx'"),
-        ("ZYX:1,2", "no 3 numbers"),
-        ("1,2,3", "no 4 numbers"),
+        ("ZYX:1,2", "not 3 numbers"),
+        ("1,2,3", "not 4 numbers"),
         ("0,0,0,0", "not a quaternion"),
         ("nan,0,0,1", "are none"),
-        ("ZYX:1,inf,2", "no 3 numbers"),
+        ("ZYX:1,inf,2", "not 3 numbers"),
     ],
 )
 def test_no_mounting(text, said):

@@ -6,7 +6,7 @@ number that only one of the two columns likes would be tuned to it. Every filter
 
 Cross-validation comes last: for each kind of recording and each chip, every number of the default is chosen anew (as
 it is, three times larger or smaller) by the mean logarithm of the total error on all others; then the choice and the
-default meet on what was left out. Were the defaults tuned to these recordings, a choice made without some would do
+default meet on the sets left out. Were the defaults tuned to these recordings, a choice made without some would do
 worse there.
 """
 

@@ -219,7 +219,7 @@ def costs(folder: Path, out: Path) -> dict[str, Any]:
 
 
 def markdown(rows: list[dict[str, Any]], kill: dict[str, Any] | None) -> str:
-    """The table of the docs, and a line on what was killed."""
+    """The table of the docs, and a line on the killed processes."""
     lines = [
         "| | recordings/s | CPU ms a recording: worker | scheduler and client | reading, % of the time | filter, % "
         "| memory of a worker, 2nd and 4th quarter |",

@@ -34,6 +34,6 @@ def pressure_at(height: Numbers) -> Numbers:
 
 
 def metres_per_pascal(pressure: Numbers) -> Numbers:
-    """−dh/dp in m/Pa at a pressure in Pa, positive: what turns a σ of pressure into one of height."""
+    """−dh/dp in m/Pa at a pressure in Pa, positive: the factor from a σ of pressure to one of height."""
     result: Numbers = TEMPERATURE / LAPSE * EXPONENT / pressure * (pressure / SEA_LEVEL) ** EXPONENT
     return result

@@ -65,7 +65,7 @@ def lock_folder(folder: Path) -> Iterator[None]:
 
 
 def _mode(target: Path) -> int:
-    """The permissions of the file to be replaced, or what the umask leaves for a new one (``temporary`` has 0600)."""
+    """The permissions of the file to be replaced, or those of the umask for a new one (``temporary`` has 0600)."""
     if target.exists():
         return target.stat().st_mode & 0o777
     umask = os.umask(0)

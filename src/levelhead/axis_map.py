@@ -150,7 +150,7 @@ def _numbers(text: str, words: str, count: int) -> Array:
     except ValueError:
         values = np.empty(0)
     if len(values) != count or not np.isfinite(values).all():
-        raise LevelheadError(f"axes '{text}' are no {count} numbers; {EXPECTED}")
+        raise LevelheadError(f"axes '{text}' are not {count} numbers; {EXPECTED}")
     return values
 
 

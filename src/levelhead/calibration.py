@@ -1,7 +1,7 @@
 """A Calibration: the errors of a sensor with their σ, as a filter has estimated them, and their correction.
 
 track = fuse(recording, ESKF())
-print(track.calibration)                      in words, and what this motion could not teach
+print(track.calibration)                      in words, and the numbers that this motion did not show
 track.calibration.save("sensor.json")
 fuse(another, ESKF(), prior=Calibration.read("sensor.json"))
 """
@@ -37,10 +37,10 @@ class Quantity:
     """One thing that was learned.
 
     Attributes:
-        value: what was found.
+        value: the estimate.
         sigma: its 1σ, of the same shape.
-        unlearned: what its 1σ would be by now had nothing been learned of it; 0 where it was not asked for.
-        start: what it was at the start; the rest of ``unlearned`` is a random walk since.
+        unlearned: its 1σ by now without measurements; 0 where it was not requested.
+        start: its value at the start; the rest of ``unlearned`` is a random walk since.
     """
 
     value: Array
@@ -50,7 +50,7 @@ class Quantity:
 
     @property
     def known(self) -> NDArray[np.bool_]:
-        """Where the motion has taught something: σ has shrunk to less than 0.7 of what it would be."""
+        """Where the motion showed a number: σ has shrunk to less than 0.7 of ``unlearned``."""
         return self.sigma < UNLEARNED * self.unlearned
 
 
@@ -218,7 +218,8 @@ class Calibration:
         """The recording that a sensor without these errors would have given; the given one stays as it is.
 
         The field of a sample whose rate is missing is not corrected for the delay; a sensor that is silent (all zero)
-        stays so. ``truth.bias`` becomes what is left. Bit by bit what ``levelhead export --calibration`` does in C.
+        stays so. ``truth.bias`` becomes the residual bias. The bits are those of ``levelhead export --calibration`` in
+        C.
         """
         errors, recording = self.errors, self.at_reference(recording)
         gyr = _rows(correction.true_rate(errors, _columns(recording.gyr)))
@@ -267,7 +268,7 @@ class Calibration:
 
     @property
     def errors(self) -> SensorErrors:
-        """The same in plain numbers, for the kernels of ``correction``; 0 for what is not known of a magnetometer."""
+        """The same in plain numbers, for the kernels of ``correction``; 0 for unknown numbers of a magnetometer."""
         offset, delay = self.mag_offset, self.mag_delay
         return SensorErrors(
             Mat3(*self.gyr_matrix.value.ravel().tolist()),
@@ -281,7 +282,7 @@ class Calibration:
 
     @property
     def magnetic_matrix(self) -> Array:
-        """(3, 3): what poses and what a filter have found of soft iron, together."""
+        """(3, 3): soft iron found by poses and by a filter, together."""
         fixed = np.zeros((3, 3)) if self.mag_matrix is None else self.mag_matrix.value
         if self.soft_iron is None:
             return fixed
@@ -291,7 +292,7 @@ class Calibration:
         return together
 
     def to_dict(self) -> dict[str, object]:
-        """For JSON: of each quantity its unit and its four attributes as lists; None for what was not there."""
+        """For JSON: of each quantity its unit and its four attributes as lists; None for absent ones."""
         found: dict[str, object] = {
             name: None if part is None else {"unit": QUANTITIES[name].unit} | {
                 one.name: getattr(part, one.name).tolist() for one in fields(part)
@@ -317,7 +318,7 @@ class Calibration:
         Raises:
             LevelheadError: no such file, or not such a file.
         """
-        whole = read_json(path, FORMAT, "calibration", "what levelhead saved as one (JSON)")
+        whole = read_json(path, FORMAT, "calibration", "the JSON that levelhead saved")
         return cls.from_dict(whole, str(path))
 
     @classmethod
@@ -437,7 +438,7 @@ class _Words(NamedTuple):
 
 
 def _axes(places: list[tuple[int, int]] | None = None) -> dict[str, tuple[int, ...]]:
-    """Name -> index: x, y, z, or xy for what x reads of turns about y."""
+    """Name -> index: x, y, z, or xy for the share of turns about y in x."""
     if places is None:
         return {axis: (i,) for i, axis in enumerate("xyz")}
     return {"xyz"[i] + ("xyz"[j] if i != j else ""): (i, j) for i, j in places}

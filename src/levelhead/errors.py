@@ -220,7 +220,7 @@ FAMILIES = (
 
 
 class LevelheadError(ValueError):
-    """Bad input, in one sentence: what is wrong, where, and what would be right.
+    """Bad input, in one sentence: the fault, its place, and the right input.
 
     The command line prints it on one line and exits with ``exit_code``.
 

@@ -31,8 +31,8 @@ def read_json(path: str | os.PathLike[str], form: str, kind: str, source: str) -
     Args:
         path: the file.
         form: the name of its format.
-        kind: what such a file is, for messages, such as "calibration".
-        source: what would be right, such as "what levelhead saved as one".
+        kind: the kind of such a file, for messages, such as "calibration".
+        source: the right input, such as "the JSON that levelhead saved".
 
     Raises:
         LevelheadError: no such file, not such a file, or one of another format.

@@ -1,4 +1,4 @@
-"""Rotations of many samples: arrays of quaternions wxyz, one row each, and what SciPy's Rotation does for them.
+"""Rotations of many samples: arrays of quaternions wxyz, one row each, and SciPy's Rotation operations for them.
 
 A quaternion turns vectors of the sensor's frame into the earth's frame; p ⊗ q turns by q first. Shape (4,) is a
 constant that holds for every row. Within kernels, ``kernels/quat.py`` does the same for one sample.

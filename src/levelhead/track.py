@@ -461,7 +461,7 @@ class Track:
         σ is that of the accelerometer alone: its white noise, measured where it moves least, and that of its bias.
 
         Args:
-            recording: what the track was made from; None: ``readings``.
+            recording: that of the track; None: ``readings``.
 
         Raises:
             LevelheadError: neither is there, or the stamps are others.
@@ -496,7 +496,7 @@ class Track:
         The errors of attitude are largest after the start of ``fuse``; those of ``smooth`` are not.
 
         Args:
-            recording: what the track was made from; None: ``readings``.
+            recording: that of the track; None: ``readings``.
             arm: m, from the sensor to the point whose heave is wanted, in the axes of the body.
 
         Raises:

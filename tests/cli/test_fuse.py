@@ -357,7 +357,7 @@ def test_frame_axes_heading_and_motion_in_the_file(levelhead, logs, tmp_path):
 @pytest.mark.parametrize(
     "words, said",
     [
-        (["--axes", "ZYX:1,2"], "no 3 numbers"),
+        (["--axes", "ZYX:1,2"], "not 3 numbers"),
         (["--heading", "400"], "within ±360"),
         (["--heading", "4", "--declination", "3"], "give one of them"),
     ],

@@ -24,7 +24,7 @@ def still(tmp_path_factory):
 def test_the_first_thing_a_user_types(levelhead, still, tmp_path):
     said = levelhead("noise", still, "-o", tmp_path, "--chip", "lsm6dso32")
     assert said.code == 0, said.err
-    assert "as the LSM6DSO32's sheet says (0.0038)" in said.out
+    assert "as in the LSM6DSO32's sheet (0.0038)" in said.out
     assert re.search(
         r"accelerometer: bias instability does not show in 90 s: below \d+ µg \(95 %\); .* at rest", said.out
     )

@@ -145,7 +145,7 @@ def test_a_full_disk_ends_the_run_and_loses_nothing(recordings, tmp_path, monkey
         honest(table, path, **options)
 
     monkeypatch.setattr(pq, "write_table", full)
-    with pytest.raises(LevelheadError, match="No space left on device; what was written before stays"):
+    with pytest.raises(LevelheadError, match="No space left on device; earlier rows stay"):
         corpus(recordings, out=tmp_path / "out")
     assert len(list_parts(tmp_path / "out")) == 2 and not list((tmp_path / "out" / "rows").glob(".*"))
     monkeypatch.setattr(pq, "write_table", honest)

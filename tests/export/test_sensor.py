@@ -121,7 +121,7 @@ def test_what_the_header_says(learned):
     header = files(ExportConfig(lh.ESKF(), prior=learned, axes=AXES))["lh_eskf.h"]
     for words in (
         " * Readings are turned first: the body's x (forward), y (left), z (up) are the sensor's -y, -z, x.",
-        " * It starts with what an earlier run has learned of this sensor:",
+        " * It starts with the calibration of this sensor by an earlier run:",
         f" *     {learned.words()[0]}",
         "mag µT, dt s;\n * q turns body into earth",
         "/* Orientation, body to earth",

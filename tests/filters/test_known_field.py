@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from tests.reference.engines import EVERY_ENGINE
+from tests.reference.engines import COMPILED_LATE, NATIVE, PYTHON
 
 import levelhead as lh
 from levelhead import filters, simulate
@@ -78,7 +78,7 @@ def test_the_horizon_is_left_to_the_gyroscope():
     assert np.degrees(np.linalg.norm(tilt[1] - tilt[0], axis=1)).max() < 0.2
 
 
-@EVERY_ENGINE
+@pytest.mark.parametrize("engine", [PYTHON, NATIVE, COMPILED_LATE])
 def test_a_stream_is_a_recording(engine):
     recording = robot(0, 1.0, (0.1, -0.1), 12.0)
     live = lh.Stream(PLACE)

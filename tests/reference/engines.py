@@ -10,6 +10,7 @@ NATIVE = pytest.param(
     marks=pytest.mark.skipif(not native.up_to_date(), reason="no native engine of these sources: make native"),
 )
 COMPILED = pytest.param("compiled", marks=pytest.mark.compiled)
+COMPILED_LATE = pytest.param("compiled", marks=[pytest.mark.compiled, pytest.mark.full])  # filters of a minute
 ENGINES = [PYTHON, NATIVE, COMPILED]
 EVERY_ENGINE = pytest.mark.parametrize("engine", ENGINES)
 MACHINE_CODE = pytest.mark.parametrize("engine", [NATIVE, COMPILED])

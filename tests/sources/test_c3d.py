@@ -130,7 +130,7 @@ def test_analog_channels_are_a_log(tmp_path):
     ("names", "words"),
     [
         (["TH1", "TH2", "TH9"], "has no marker 'TH9'"),
-        (["TH1", "TH2"], "TH1, TH2 is no rigid body; expected three markers or more"),
+        (["TH1", "TH2"], "TH1, TH2 is not a rigid body; expected three markers or more"),
     ],
 )
 def test_a_body_that_is_none_is_refused(tmp_path, names, words):

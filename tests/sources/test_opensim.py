@@ -59,12 +59,12 @@ def test_a_joint_that_is_written_as_motion_is_read_back(tmp_path):
 @pytest.mark.parametrize(
     ("old", "new", "words"),
     [
-        ("endheader", "", "no storage file of OpenSim"),
+        ("endheader", "", "not a storage file of OpenSim"),
         ("Quaternion", "double", "holds double; expected DataType=Quaternion"),
         ("0.6,0.8,0,0", "0.6,0.8,0", "tibia_r_imu is '0.6,0.8,0' at 0 s; expected w,x,y,z"),
         ("0.6,0.8,0,0", "0.6,0.8,0,9", "length 9.06 at 0 s"),
         ("0.6,0.8,0,0", "nan,0,0,0", "no finite number in row 1"),
-        ("0.6,0.8,0,0", "a,b,c,d", "a cell of tibia_r_imu is no number"),
+        ("0.6,0.8,0,0", "a,b,c,d", "a cell of tibia_r_imu is not a number"),
         ("0.1\t", "0\t", "the time steps back in row 2"),
         ("\t0.8,0,-0.6,0", "", "has 2 cells in row 2; expected 3"),
     ],

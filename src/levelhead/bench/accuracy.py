@@ -157,7 +157,7 @@ class Accuracy:
 
     @property
     def long(self) -> list[dict[str, Cell]]:
-        """One mapping per recording and method: names, figures in degrees, note; None for what does not exist."""
+        """One mapping per recording and method: names, figures in degrees, note; None for an absent one."""
         nothing = dict.fromkeys(ErrorFigures._fields)
         return [
             {"dataset": entry.group.dataset, "group": entry.group.name, "recording": entry.name}

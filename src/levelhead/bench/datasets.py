@@ -1,4 +1,4 @@
-"""Public recordings with a reference, in the formats that they are published in, and what is known of each set."""
+"""Public recordings with a reference, in their published formats, with the properties of each set."""
 
 from collections.abc import Iterable, Iterator
 from pathlib import Path

@@ -111,8 +111,8 @@ def drift(t: Array, errors: Errors, rows: NDArray[np.bool_]) -> float | None:
     """RMS in degrees of how far the heading error moves in 60 s, over windows that start every 10 s.
 
     Either end of a window is the circular mean over a second. Windows lie between the first and the last row that
-    counts; rest in between belongs to them, for heading drifts then too. What lasts less than two minutes has windows
-    of half its length, every sixth of that.
+    counts; rest in between belongs to them, for heading drifts then too. A shorter recording than two minutes has
+    windows of half its length, every sixth of that.
     """
     counting = t[rows]
     window = min(WINDOW, 0.5 * float(counting[-1] - counting[0]))

@@ -1,4 +1,4 @@
-"""Our errors as ratios to VQF's, recording by recording: what a user of any sensor in any motion may expect.
+"""Our errors as ratios to VQF's, recording by recording: the expectation of a user of any sensor in any motion.
 
 The error of a recording is the total error after one constant rotation where there is a magnetometer, and the change of
 the heading error in a minute where there is none (``ErrorFigures.rotated``, ``.drift``). Means over recordings are

@@ -7,7 +7,7 @@ body, h, and in the sensor, g, must agree:
     h = A (g − b T)                                                                                             (1)
 
 A by Wahba's problem (F. L. Markley, J. L. Crassidis, Fundamentals of Spacecraft Attitude Determination, 2014, section
-5.4), b by the median of what is left, in turn. No filter takes part, so that no filter is favoured.
+5.4), b by the median of the residual, in turn. No filter takes part, so that no filter is favoured.
 """
 
 from typing import NamedTuple

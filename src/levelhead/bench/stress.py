@@ -41,7 +41,7 @@ class Stress:
     Attributes:
         recording: the one without faults.
         responses: fault by fault, filter by filter.
-        findings: for each fault, as it is printed, what the doctor finds in that recording and not in the sound one.
+        findings: for each fault, as it is printed, the doctor's findings in that recording that the sound one lacks.
         left_out: sentences on faults and filters that could not be run.
         guard: in front of levelhead's own filters.
     """
@@ -185,7 +185,7 @@ def stress(
         methods: the filters; the first is the one that the result's sentence is about.
         guard: in front of levelhead's own filters; None: there is none.
         seed: of the faults' random numbers.
-        left_out: sentences on what could not be run.
+        left_out: sentences on the filters that could not run.
         progress: called with the fraction done, 0 to 1.
 
     Raises:

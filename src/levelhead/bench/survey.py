@@ -13,7 +13,7 @@ from levelhead.errors import LevelheadError
 from levelhead.evaluate.score import scored_rows
 from levelhead.recording import Recording
 
-MIN_AGREED = 0.2  # of a recording: what agrees for less was at rest, or by chance
+MIN_AGREED = 0.2  # of a recording: a shorter agreement was at rest, or by chance
 
 
 @dataclass(frozen=True)

@@ -68,7 +68,7 @@ def time_interleaved(cases: Sequence[Case], repeats: int, progress: Progress | N
     """Time all cases in turn, ``repeats`` times over; a first run of each, which may compile, does not count."""
     spent: list[list[float]] = [[] for _ in cases]
     gc.collect()
-    gc.freeze()  # what was there before is not looked through again: with a compiler loaded that takes seconds a time
+    gc.freeze()  # earlier objects are not examined again: with a compiler loaded that takes seconds a time
     try:
         for repeat in range(repeats + 1):
             for i, (case, mine) in enumerate(zip(cases, spent, strict=True)):

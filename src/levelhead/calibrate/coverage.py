@@ -21,7 +21,7 @@ NAMED = {
     (1, 0, 0): "on its back end",
     (-1, 0, 0): "on its front end",
 }  # x forward, y left, z up
-MAX_REMAINING = 0.7  # of what is left of the worst σ by a further pose: above, it is not worth the trouble
+MAX_REMAINING = 0.7  # ratio of the worst σ after a further pose: above, the pose is not worth the trouble
 
 
 def unobservable_numbers(sigma: Array) -> list[str]:

@@ -4,7 +4,7 @@ With the attitude R of a filter that has only gyroscope and accelerometer, and N
 
     R (h − d ω × h) = (A − d D) : N,   h = (1 − M)(μ − c),   A = R ⊗ [μ, 1],   D = R [ω]× ⊗ [μ, 1]              (1)
 
-A and D do not depend on what is sought. Their means over a block are all that a fit needs.
+A and D do not depend on the unknowns. Their means over a block are all that a fit needs.
 """
 
 from collections.abc import Sequence

@@ -42,7 +42,7 @@ class FieldCalibration:
         centre: (3,) middle of the readings' ellipsoid, µT.
         strength: of the field, µT.
         dip: of the field below the horizon, degrees.
-        heading: what the field's azimuth is off in the frame of the gyroscope, degrees.
+        heading: error of the field's azimuth in the frame of the gyroscope, degrees.
         sigma: 1σ of the heading of a level sensor by these numbers, degrees.
         coverage: share of the directions from which the field has come.
         advice: sentences: the turn that is missing.
@@ -60,7 +60,7 @@ class FieldCalibration:
     advice: tuple[str, ...]
 
     def verdict(self) -> list[str]:
-        """Sentences: the offset, how much better heading is, its σ, then what is missing."""
+        """Sentences: the offset, the gain in heading, its σ, then the missing turns."""
         share = float(np.linalg.norm(self.centre)) / self.strength
         return [
             f"magnetometer: offset {float(np.linalg.norm(self.centre)):.1f} µT, {100.0 * share:.0f} % of the field of "
@@ -104,7 +104,7 @@ def calibrate_magnetometer(
         progress: called with the fraction done.
 
     Returns:
-        A FieldCalibration; its ``calibration`` is what filters, node and export take.
+        A FieldCalibration; filters, node and export take its ``calibration``.
 
     Raises:
         LevelheadError: no magnetometer, too short, a field that does not turn with the gyroscope, no gain, or

@@ -74,7 +74,7 @@ class Turns(NamedTuple):
         half = from_rotvec((0.5 * true * self.steps).reshape(-1, 3))
         whole = product(half, half).reshape(*true.shape[:2], 4)
         quat, before = np.tile([1.0, 0.0, 0.0, 0.0], (len(self.sigma), 1)), np.empty_like(whole)
-        for i, step in enumerate(whole):  # one product for each reading: of what differs from turn to turn alone
+        for i, step in enumerate(whole):  # one product for each reading: of the parts that differ from turn to turn
             before[i] = quat
             quat = product(quat, step)
         middle = matrix(product(before.reshape(-1, 4), half)).reshape(*true.shape[:2], 3, 3)
@@ -160,7 +160,7 @@ def force_covariance(turns: Turns, s: Array, others: Sequence[Turns]) -> Array:
 
     Args:
         turns: the turns.
-        s: (9,) what was found.
+        s: (9,) the estimate.
         others: the same with the accelerometer's numbers off by each column of a root of their covariance.
     """
     first, *off = (fit_gyroscope(one, s, 1).value for one in (turns, *others))

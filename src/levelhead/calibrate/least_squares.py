@@ -1,4 +1,4 @@
-"""Robust least squares with a prior, and the covariance of what was found."""
+"""Robust least squares with a prior, and the covariance of the estimate."""
 
 from collections.abc import Callable
 from typing import NamedTuple

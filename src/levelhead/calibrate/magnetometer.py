@@ -2,9 +2,9 @@
 
     Rz(ψ) R (h − d ω × h) = H + noise,   h = (1 − M)(μ − c)                                                      (2)
 
-R is the attitude without a magnetometer, whose heading drifts by ψ, a random walk with the filter's own σ. c is what a
-magnet on the board adds (hard iron), M = Σ xᵢ Bᵢ soft iron, scale factors and the rotation to the gyroscope, tr M = 0
-since no strength of the field is known, d the delay. Gauss and Newton with Huber's weights find c, x, d, H and ψ.
+R is the attitude without a magnetometer, whose heading drifts by ψ, a random walk with the filter's own σ. c is the
+field of a magnet on the board (hard iron), M = Σ xᵢ Bᵢ soft iron, scale factors and the rotation to the gyroscope, tr M
+= 0 since no strength of the field is known, d the delay. Gauss and Newton with Huber's weights find c, x, d, H and ψ.
 
 An ellipsoid (|h| constant) uses of each reading one number; (2) uses three, and needs no sphere: c is known in all
 directions as soon as the sensor has turned about two axes. Each residual shares its disturbance with those of the next

@@ -49,9 +49,9 @@ class PoseCalibration:
         force: (k, 3) mean specific force of each pose, as read, m/s².
         lengths: (k, 2) its length before and after the calibration, m/s².
         angles: (t, 2) rad by which gravity misses the next pose after each turn, before and after.
-        accelerometer: what is left of |a| − g, m/s².
-        gyroscope: what is left at the ends of turns, degrees; None without turns.
-        magnetometer: what is left of the length of the field, µT; None without magnetometer.
+        accelerometer: residual of |a| − g, m/s².
+        gyroscope: residual at the ends of turns, degrees; None without turns.
+        magnetometer: residual of the length of the field, µT; None without magnetometer.
         advice: sentences: the numbers that these poses do not show, and the pose that would.
         gravity: m/s² at the place.
     """
@@ -67,7 +67,7 @@ class PoseCalibration:
     gravity: float
 
     def verdict(self) -> list[str]:
-        """Sentences: how much better each sensor is, then what is missing."""
+        """Sentences: the gain of each sensor, then the missing poses."""
         lines = [words_of_gain("accelerometer", self.accelerometer, f"{len(self.force)} poses")]
         if self.gyroscope is None:
             lines.append("gyroscope: no turns between the poses, so only its bias is known")

@@ -44,8 +44,8 @@ def calibrate_sensor(
         progress: called with the fraction done.
 
     Returns:
-        A PoseCalibration; filters, node and export take its ``calibration``. A sensor that is no better with
-        its numbers has none in it.
+        A PoseCalibration; filters, node and export take its ``calibration``. A sensor without a gain has no numbers in
+        it.
 
     Raises:
         LevelheadError: never still, too few directions, no better than no calibration, an axis that is reversed,
@@ -273,7 +273,7 @@ def correct_logs(
 
 
 def _magnetometer(recordings: Sequence[Recording]) -> tuple[FieldFit, Residual] | None:
-    """The magnetometer's numbers by eq. 2 of ``magnetometer``; None where there is none, or they are no better."""
+    """The magnetometer's numbers by eq. 2 of ``magnetometer``; None where there is none, or they bring no gain."""
     if not recordings:
         return None
     blocks = field_blocks(recordings, 0.0)
@@ -292,7 +292,7 @@ def gyr_bias(poses: Sequence[Pose]) -> tuple[Array, Array]:
 
 
 def _upper(solution: Solution) -> Quantity:
-    """T and its σ; what the frame fixes is known to be 0."""
+    """T and its σ; the numbers that the frame fixes are 0."""
     sigma = np.zeros((3, 3))
     prior = np.zeros((3, 3))
     for place, one, before in zip(accelerometer.UPPER, solution.sigma[3:], accelerometer.PRIOR[3:], strict=True):

@@ -36,7 +36,7 @@ app = App(
     default_parameter=Parameter(show_default=_default),
 )
 SAME_HINTS = frozenset({"explain", "stress", "noise", "calibrate", "view", "convert"})
-WITHOUT_OUT = {  # verbs that write no folder of results, and what is meant by --out all the same
+WITHOUT_OUT = {  # verbs without a folder of results, and the option meant by --out
     "run": "--box FILE.mcap for a record of the run",
     "explain": "--plot FILE for the picture of the evidence, or --json > FILE for the symptoms as JSON",
 }

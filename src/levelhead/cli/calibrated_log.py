@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from levelhead.recording import Recording
     from levelhead.sources.interpretation import Interpretation
 
-OFFSET_ALONE = 0.8  # of what offset and axes explain of a field's turns an offset explains alone, at least,
+OFFSET_ALONE = 0.8  # share of a field's turns by offset and axes that an offset explains alone, at least,
 LEAST_FREE = 0.5  # where they explain so much (a correlation)
 DOES_NOT_TURN = ("mag.used", "does_not_turn")
 

@@ -60,7 +60,7 @@ def find_logs(given: Sequence[Path]) -> list[Path]:
 
 
 def _is_result(path: Path) -> bool:
-    """Whether a file is what an earlier run has written."""
+    """Whether a file is the result of an earlier run."""
     return path.stem.endswith(("-track", "-noise", "-calibration", "tuned"))
 
 

@@ -166,7 +166,7 @@ class FuseOptions:
 
     @property
     def needs_start(self) -> bool:
-        """Whether all of a track is turned by what its start is like."""
+        """Whether a track is turned by its start."""
         return self.heading is not None or self.mounting is not None
 
 

@@ -66,7 +66,7 @@ class Sums:
         return {"samples": self.samples, "start": self.start, "end": self.end, "counts": self.counts}
 
     def restore(self, saved: JsonObject) -> None:
-        """Takes what an earlier process has saved."""
+        """Continues from the state that an earlier process saved."""
         self.samples, self.start, self.end = saved["samples"], saved["start"], saved["end"]
         self.counts = {int(bit): count for bit, count in saved["counts"].items()}
 
@@ -80,7 +80,7 @@ class Sums:
 
 
 def fuse_long_log(log: Path, options: FuseOptions) -> None:
-    """Reads, fuses and writes in chunks, and prints a summary; what a run that was ended has done is not done again.
+    """Reads, fuses and writes in chunks, and prints a summary; the work of an ended run is not repeated.
 
     Raises:
         NeedsWholeLog: the log must be seen whole; nothing was written.
@@ -92,7 +92,7 @@ def fuse_long_log(log: Path, options: FuseOptions) -> None:
     from levelhead.sources.chunked import NeedsWholeLog, read_chunks
 
     if options.needs_start or options.motion or options.heave:
-        raise NeedsWholeLog(f"{log} is turned by what its start is like; it is read whole")
+        raise NeedsWholeLog(f"{log} is turned by its start, so it is read whole")
     learns = filters.of(options.params).calibration is not None
     chunks = read_chunks(log, adjust=keep_field_with_offset if learns else None, **options.reading.hints())
     options = options.at_place(chunks.head)
@@ -193,7 +193,7 @@ def fuse_tracks(
         report((1.0 - WRITING) * chunks.fraction, f"{sums.samples:,} samples")
         unfinished.save(state)
     assert files is not None
-    if unfinished.state is not None:  # what took long is worth keeping
+    if unfinished.state is not None:  # long work is worth keeping
         unfinished.save(state, now=True)
         unfinished.complete = True
     calibration, relative = run.calibration, is_relative(options.params, chunks.head.mag is not None)

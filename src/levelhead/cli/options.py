@@ -230,7 +230,7 @@ def parse_settings(pairs: Iterable[str], example: str = "r_measure=0.1") -> Json
 
 
 def _number_or_text(text: str) -> float | str:
-    """A value as a number; what is none stays text, which the class of the parameters refuses by name."""
+    """A value as a number; other text stays, and the class of the parameters refuses it by name."""
     try:
         return float(text)
     except ValueError:

@@ -49,7 +49,7 @@ class Outputs:
     def open(
         self, subscribe: "Callable[..., Subscription]", set_params: Callable[..., None], quiet: bool = False
     ) -> Iterator[None]:
-        """Serves what the options ask for, inside the block; ``quiet``: without lines on where.
+        """Serves the outputs of the options, inside the block; ``quiet``: without lines on where.
 
         Raises:
             LevelheadError: a library is not installed, a port is taken, or an option lacks the one that it is for.

@@ -1,4 +1,4 @@
-"""``levelhead ports``: where a sensor may be plugged in, and what answers there."""
+"""``levelhead ports``: places for a sensor, and the chips that answer there."""
 
 from typing import Annotated
 

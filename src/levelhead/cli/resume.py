@@ -1,8 +1,8 @@
 """The state of a long run beside its result, from which the same command continues.
 
-The folder ``.NAME.unfinished`` holds the columns that are done, and ``state.json`` what was asked for, of which file,
-and how far it is; that file is replaced whole, after the columns are on the disk. So ``kill -9`` or a power cut at any
-time loses what was done since the last state, and no more.
+The folder ``.NAME.unfinished`` holds the finished columns, and ``state.json`` the request, its file and its progress;
+that file is replaced whole, after the columns are on the disk. So ``kill -9`` or a power cut at any time loses the work
+since the last state, and no more.
 """
 
 import json
@@ -29,7 +29,7 @@ class UnfinishedRun:
 
     Attributes:
         folder: its path.
-        state: what was kept last; None: the run begins.
+        state: the last one kept; None: the run begins.
         complete: whether nothing can fail any more but the disk.
     """
 
@@ -39,7 +39,7 @@ class UnfinishedRun:
         self._before = time.monotonic()
         self.state: JsonObject | None = None
         if (folder / STATE).exists():
-            self._take(read_json(folder / STATE, FORMAT, "state of a run", "what levelhead keeps of one"))
+            self._take(read_json(folder / STATE, FORMAT, "state of a run", "the state that levelhead saved"))
 
     def _take(self, found: JsonObject) -> None:
         """The state of an earlier run, if it is one of this.
@@ -77,11 +77,11 @@ class UnfinishedRun:
 
 @contextmanager
 def open_unfinished(target: Path, log: Path, asked: JsonObject) -> Iterator[UnfinishedRun]:
-    """The folder for the run that makes ``target``: gone when that succeeds, or fails for what is in the log.
+    """The folder for the run that makes ``target``: removed when that succeeds, or fails because of the log.
 
     Args:
         target: the result.
-        log: what is read; a file of another size or time is another one.
+        log: the file that is read; a file of another size or time is another one.
         asked: all that the result depends on.
 
     Raises:

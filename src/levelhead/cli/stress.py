@@ -32,7 +32,7 @@ SENSOR, MAGNETOMETER, DURATION = "BMI160", "HMC5883L", 180.0  # of a simulation,
 
 
 def fault_names(_: object) -> dict[str, str]:
-    """The names of faults and what goes wrong, for the shell to complete."""
+    """The names of faults with their meanings, for the shell to complete."""
     from levelhead.simulate.fault import KINDS
 
     return {kind.name: f"{kind.words} [{kind.unit}]" for kind in KINDS}
@@ -122,7 +122,7 @@ def _fault_table() -> str:
     from levelhead.evaluate.text_table import Column, plain_table
     from levelhead.simulate.fault import KINDS
 
-    columns = [Column("name", "fault"), Column("words", "what goes wrong"), Column("size", "usual size")]
+    columns = [Column("name", "fault"), Column("words", "the fault"), Column("size", "usual size")]
     rows = [
         {
             "name": kind.name,

@@ -82,7 +82,7 @@ def sweep(
     if json:
         print_json(result.to_dict() | {"warning": warning or None, "written": [str(picture)] if picture else []})
         if warning:
-            sys.stderr.write(f"levelhead: {warning}\n")  # the JSON often goes to a file that nobody reads
+            sys.stderr.write(f"levelhead: {warning}\n")  # the JSON often goes to a file that is not read
         return
     print_table(result)
     if warning:

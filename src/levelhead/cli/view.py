@@ -81,7 +81,7 @@ def view(
 
 def _collect_often() -> None:
     """Garbage is collected as usual again: commands that end soon leave it, a page that is open for hours would keep
-    100,000 objects of it. What there is now lives as long as the page, and is not looked through again.
+    100,000 objects of it. Present objects live as long as the page, and are not examined again.
     """
     gc.collect()
     gc.freeze()

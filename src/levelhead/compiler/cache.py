@@ -55,7 +55,7 @@ def code_hash(function: KernelFunction) -> str:
 
 
 def remove_stale(folder: Path, qualname: str, code: str) -> None:
-    """Remove from a cache folder what this Python compiled of ``qualname`` when its code had another hash."""
+    """Remove from a cache folder the machine code of ``qualname`` by this Python under another hash."""
     python = f"py{sys.version_info.major}{sys.version_info.minor}"
     name = re.compile(rf".*\.{re.escape(qualname)}_([0-9a-f]{{16}})-\d+\.{python}\..*nb[ic]")
     for path in folder.glob("*.nb?"):

@@ -1,10 +1,10 @@
 """Kernels as machine code: ``compiled`` makes the twin of a kernel from the same byte code, with every kernel that it
 calls replaced by that kernel's own twin.
 
-Both twins give the same bits: strict IEEE arithmetic, no ``fastmath`` and no fused multiply-add, so what is
-prototyped in Python is what runs compiled. ``error_model="numpy"`` only drops the ZeroDivisionError branches; kernels
-never divide by zero. ``_nrt=False`` drops the counting of references to a state's memory, a third of the time of a
-filter that has some: whoever calls compiled code holds the memory, and compiled code allocates none.
+Both twins give the same bits: strict IEEE arithmetic, no ``fastmath`` and no fused multiply-add, so compiled code is
+the Python prototype. ``error_model="numpy"`` only drops the ZeroDivisionError branches; kernels never divide by zero.
+``_nrt=False`` drops the counting of references to a state's memory, a third of the time of a filter that has some:
+the caller of compiled code holds the memory, and compiled code allocates none.
 """
 
 import functools
@@ -27,7 +27,7 @@ def _copy_twin(function: KernelFunction, qualname: str) -> KernelFunction:
 
 @functools.cache
 def _compile_inline(function: KernelFunction) -> CompiledFunction:
-    """The compiled twin of a kernel that other kernels call; forced inline, which is what lets LLVM use SIMD."""
+    """The compiled twin of a kernel that other kernels call; forced inline, so LLVM can use SIMD."""
     import numba
 
     if hasattr(function, "__native__"):
@@ -36,7 +36,7 @@ def _compile_inline(function: KernelFunction) -> CompiledFunction:
         return getattr(intrinsics, function.__name__)
     twin = _copy_twin(function, function.__qualname__)
     inline = not hasattr(function, "__noinline__")
-    # Python never calls it, so that nothing of what that would need has to be compiled.
+    # Python never calls it, so the code for that is not compiled.
     alone: NumbaOptions = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
     return numba.njit(forceinline=inline, nogil=True, **alone, **OPTIONS)(twin)
 

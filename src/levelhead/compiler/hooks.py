@@ -1,6 +1,6 @@
 """Late binding: a kernel that calls a hook is written once, and bound to other functions for every filter.
 
-    class Hooks(Protocol):                     declares each hook: signature, meaning, what happens without it
+    class Hooks(Protocol):                     declares each hook: signature, meaning, default
         @staticmethod
         def step(params: Params, ...) -> FilterState: ...
 
@@ -21,7 +21,7 @@ from typing import Any
 from levelhead.compiler.mark import KernelFunction, copy_kernel, global_names, is_kernel, list_reachable, replace_calls
 from levelhead.errors import nearest
 
-Bindings = tuple[tuple[Any, Any], ...]  # (kernel or namespace, what takes its place): either kind
+Bindings = tuple[tuple[Any, Any], ...]  # (kernel or namespace, its replacement): either kind
 
 
 class Namespace(types.ModuleType):
@@ -53,7 +53,7 @@ def _declarations(record: type) -> Iterator[tuple[str, KernelFunction | None]]:
 def fill(namespace: object, owner: str, **members: KernelFunction | int | None) -> Any:  # Any: a record, as ``declare``
     """A copy of a namespace with these members; None: an optional hook that is not given.
 
-    A hook is optional if its declaration is a kernel, which is what happens then.
+    A hook is optional if its declaration is a kernel: then that kernel runs.
 
     Raises:
         TypeError: a member is not bound, is not declared, or takes another number of arguments than its declaration.

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from levelhead.compiler.borders import Builder, CodeContext, Intrinsic, LlvmValue, NumbaType, TypingContext
 
-WIDTH = 4  # numbers in one vector: what AVX holds; narrower processors take two steps
+WIDTH = 4  # numbers in one vector of AVX; narrower processors take two steps
 
 INDEX = ir.IntType(64)
 NUMBER = ir.DoubleType()

@@ -3,7 +3,7 @@
 A block of memory is a table of 64-bit words: a row for each number of a value (floats as they are, ints and bools
 widened, so that all columns are equally wide), a column for each lane. A compiled load from one lane is a
 nested NamedTuple again; neighbouring lanes are neighbours in memory, and all rows lie at constant distances from one
-address, which is what the loop vectoriser needs to know that they do not overlap.
+address, which proves to the loop vectoriser that they do not overlap.
 """
 
 import hashlib
@@ -17,7 +17,7 @@ from levelhead.compiler.borders import Builder, CodeContext, Intrinsic, LlvmModu
 from levelhead.compiler.cache import code_hash
 from levelhead.compiler.tree import Tree
 
-LANES = 64  # columns; enough to pay for what is done once a sample, few enough for the first-level cache
+LANES = 64  # columns; enough to pay for the work of each sample, few enough for the first-level cache
 LINE = 8  # words of a cache line
 INTERLEAVED = 2  # vectors of lanes in turn
 
@@ -36,8 +36,8 @@ class Rows(NamedTuple):
 def lane_rows(example: Tree, first: int, known: Mapping[str, bool] | None = None) -> Rows:
     """Rows from ``first`` on for values of the type of ``example`` (floats, ints, bools, NamedTuples of these).
 
-    ``known`` are bool fields, wherever in the value, that loading replaces by a constant: what hangs on them is not
-    compiled.
+    ``known`` are bool fields, wherever in the value, that loading replaces by a constant: operations that depend on
+    them are not compiled.
     """
     import numba
     from numba.core import types
@@ -69,7 +69,7 @@ def lane_rows(example: Tree, first: int, known: Mapping[str, bool] | None = None
 def over_lanes() -> Intrinsic:
     """``each(body, address, a, b)``: the kernel ``body(address, lane, a, b)`` for all lanes, a loop that becomes SIMD.
 
-    The loop is written here because of what it asks of LLVM: to do two vectors of lanes in turn, instruction by
+    The loop is written here because of its request to LLVM: to do two vectors of lanes in turn, instruction by
     instruction. A filter's operations wait for each other, and no processor looks far enough ahead to begin the next
     vector meanwhile.
     """

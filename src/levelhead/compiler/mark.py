@@ -22,7 +22,7 @@ def kernel(function: F) -> F:
 
 def noinline(function: F) -> F:
     """Mark a kernel that few samples reach, or that many places use: compiled code calls it instead of having it
-    inline, which keeps what every sample runs through small."""
+    inline, which keeps the code of every sample small."""
     function.__noinline__ = True  # type: ignore[attr-defined]
     return kernel(function)
 
@@ -30,8 +30,8 @@ def noinline(function: F) -> F:
 def compiled_only(function: F) -> F:
     """Mark a function that is written for Numba alone.
 
-    It uses what the kernel language lacks, and a test looks for it: addresses, ``while``, two-dimensional arrays,
-    ``raise``. Nothing translates it into C, and no kernel calls it.
+    It uses features that the kernel language lacks, and a test searches for it: addresses, ``while``, two-dimensional
+    arrays, ``raise``. Nothing translates it into C, and no kernel calls it.
     """
     function.__compiled_only__ = True  # type: ignore[attr-defined]
     return function
@@ -39,7 +39,7 @@ def compiled_only(function: F) -> F:
 
 def primitive(meaning: KernelFunction) -> Callable[[F], F]:
     """Mark a word of the kernel language: plain Python runs it unchanged, compiled code the function of its name in
-    ``compiler/intrinsics.py``; what it means is the kernel ``meaning``, from which C is made."""
+    ``compiler/intrinsics.py``; its meaning is the kernel ``meaning``, from which C is made."""
 
     def mark(function: F) -> F:
         function.__native__ = True  # type: ignore[attr-defined]
@@ -91,7 +91,7 @@ def instance(function: KernelFunction, name: str, **kernels: object) -> KernelFu
 def list_mentions(function: KernelFunction) -> Iterator[tuple[str, object]]:
     """The names in the function's byte code: globals, and members of modules that are globals, as (name, value).
 
-    A field of a tuple may have the name of a global; only what is loaded as a global counts. The value is None where a
+    A field of a tuple may have the name of a global; only loaded globals count. The value is None where a
     namespace of hooks has no such member yet.
 
     Raises:

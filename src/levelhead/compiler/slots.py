@@ -48,7 +48,7 @@ class Slot(NamedTuple):
 def slot(example: Tree) -> Slot:
     """A slot for values like ``example``: floats, ints, bools, arrays of float64 and NamedTuples of these.
 
-    Each number takes eight bytes, in order; arrays lie there as a whole, and what is loaded sees them in place.
+    Each number takes eight bytes, in order; arrays lie there as a whole, and a loaded value refers to them in place.
     """
     import numba
     from numba.core import types

@@ -3,15 +3,15 @@
 The room is called ``corpora`` because ``levelhead.corpus`` is the function.
 
     places      which recordings there are: folders, patterns, URLs
-    job         what is asked for, and its digest
+    job         the request, and its digest
     work        one recording: rows of results
     row_layout  the columns of these rows
-    results     the folder of results: manifest, part files, what is done already
+    results     the folder of results: manifest, part files, finished rows
     plan        which recordings go together, and which wait for another's calibration
     cluster     who does the work: this process, local processes, a Dask cluster
     sensors     which recordings are of the same sensor, in order of time
     tune_corpus a filter's parameters over all of them
     runner      all of it together
-    overview    tables of the rows: by group, the worst, what failed, the sensors over time
+    overview    tables of the rows: by group, the worst, the failures, the sensors over time
     html_report the same as an HTML page with pictures
 """

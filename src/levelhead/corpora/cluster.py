@@ -16,7 +16,7 @@ from levelhead.version import VERSION
 
 Work = Callable[..., list[JsonObject]]
 PATIENCE = 10.0  # s that a scheduler has to answer, and workers to be there
-SPARING = {  # what Dask does by itself many times a second, and costs some percent of a core beside the work
+SPARING = {  # regular tasks of Dask that cost some percent of a core beside the work
     "distributed.worker.profile.enabled": False,
     "distributed.admin.tick.interval": "500ms",
     "distributed.admin.system-monitor.interval": "2s",
@@ -28,7 +28,7 @@ SPARING = {  # what Dask does by itself many times a second, and costs some perc
 }
 FRESH = 1.0  # s for which the number of workers is taken to hold
 NOISY = ("distributed", "bokeh", "tornado")
-GONE = "the scheduler is gone; what is done is kept, and the same command goes on from there"
+GONE = "the scheduler is gone; the finished rows are kept, and the same command goes on from there"
 AHEAD = 2  # tasks for each thread of a worker that are handed over: none waits, and none are lost by the thousand
 
 
@@ -181,7 +181,7 @@ class DaskPool:
 
 @contextmanager
 def _quiet() -> Iterator[None]:
-    """Dask reports lost connections and busy ports on standard error; the run reports what matters."""
+    """Dask reports lost connections and busy ports on standard error; the run has its own reports."""
     import distributed  # noqa: F401  (which gives loggers of its parts levels of their own)
 
     names = [name for name in logging.root.manager.loggerDict if name.partition(".")[0] in NOISY]
@@ -215,7 +215,7 @@ def _local(workers: int, memory: str | None) -> Iterator[DaskPool]:
 
 @contextmanager
 def _closing(handle: Untyped) -> Iterator[Untyped]:
-    """Closes a client or a cluster; whether the other side still hears of it changes nothing of what is done."""
+    """Closes a client or a cluster; the results do not depend on its arrival."""
     try:
         yield handle
     finally:

@@ -25,13 +25,13 @@ class Job:
 
     Attributes:
         verb: one of ``VERBS``.
-        methods: what makes the tracks; for ``bench`` other people's filters as well.
+        methods: the filters; for ``bench`` other people's filters as well.
         guard: in front of levelhead's filters; None: none.
         hints: for the reader, as for ``levelhead.read``.
         magnetometer: whether magnetometers are used.
         tracks: whether each track is written to a file.
         sensor: which recordings are of the same sensor, a pattern of names or ``column:NAME``; "": each for itself.
-        order: what puts them in order of time, likewise; "": their names.
+        order: the key of their order in time, likewise; "": their names.
         version: of levelhead.
         engine: as for ``fuse_recordings``.
         axes: how the sensors sit on their bodies, for the tracks that are written; "": as they are.

@@ -1,4 +1,4 @@
-"""The rows of a corpus in a few tables: by group, the worst ten, what failed, the sensors over time."""
+"""The rows of a corpus in a few tables: by group, the worst ten, the failures, the sensors over time."""
 
 import statistics
 from collections import Counter
@@ -60,7 +60,7 @@ class Summary:
 
     Args:
         table: rows as ``levelhead.corpus`` gives them.
-        verb: what was done.
+        verb: the rows.
     """
 
     def __init__(self, table: Untyped, verb: str) -> None:

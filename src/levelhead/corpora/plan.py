@@ -10,7 +10,7 @@ from levelhead.corpora.results import Done
 from levelhead.corpora.work import next_prior, text_digest
 from levelhead.open_types import JsonObject
 
-MAX_RECORDINGS = 16  # of a batch: what a killed worker loses, and enough that Dask's time for a task does not matter
+MAX_RECORDINGS = 16  # of a batch: the loss of a killed worker, and enough to make Dask's time for a task negligible
 MAX_BYTES = 32_000_000  # of a batch: long recordings go one by one
 
 
@@ -101,7 +101,7 @@ def make_plan(sources: Sequence[Source], done: Mapping[str, Done], sensors: Mapp
 
     Args:
         sources: all recordings; those of a sensor in order of time.
-        done: what is known of earlier runs, by name.
+        done: rows of earlier runs, by name.
         sensors: name of a recording -> its sensor; "" or not there: it is a sensor of its own.
         workers: how many will work.
     """

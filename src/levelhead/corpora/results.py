@@ -1,6 +1,6 @@
 """The folder of results: a manifest, part files of rows, tracks. Every file appears whole or not at all.
 
-    corpus.json          what was asked for: a run of anything else is refused
+    corpus.json          the request: a run of another one is refused
     rows/part-….parquet  rows as they came; together one Parquet dataset
     tracks/NAME.parquet  a track for each recording, where they are asked for
     report.html          and its pictures
@@ -85,7 +85,7 @@ class Results:
             yield
 
     def done(self) -> dict[str, Done]:
-        """Name -> what is known of it, for the recordings that need not be run again if they are what they were."""
+        """Name -> its row, for the recordings that need no new run if they are unchanged."""
         columns = [*KEY, *(("calibration",) if self._job.sensor else ())]
         found: dict[str, Done] = {}
         for path in self._parts():
@@ -101,10 +101,10 @@ class Results:
         self._waiting += rows
 
     def flush(self) -> None:
-        """Writes what waits as a part.
+        """Writes the waiting rows as a part.
 
         Raises:
-            LevelheadError: the disk is full, or the folder cannot be written; what was written before stays.
+            LevelheadError: the disk is full, or the folder cannot be written; earlier parts stay.
         """
         if not self._waiting:
             return
@@ -154,9 +154,7 @@ def _writing(folder: Path) -> Iterator[None]:
         yield
     except (OSError, LevelheadError) as error:
         words = (error.strerror or str(error)) if isinstance(error, OSError) else str(error)
-        raise ResultsError(
-            f"{folder}: {words}; what was written before stays, and the same command goes on from there"
-        ) from None
+        raise ResultsError(f"{folder}: {words}; earlier rows stay, and the same command goes on from there") from None
 
 
 def list_parts(folder: Path) -> list[Path]:
@@ -184,7 +182,7 @@ def read_manifest(folder: Path) -> JsonObject:
     except (ValueError, KeyError, TypeError) as error:
         if isinstance(error, LevelheadError):
             raise
-        raise LevelheadError(f"{path} is damaged; expected what levelhead corpus wrote") from None
+        raise LevelheadError(f"{path} is damaged; expected the file that levelhead corpus wrote") from None
     return dict(found)
 
 

@@ -97,8 +97,8 @@ EXAMINATION = (
     Kind("sigma_tilt_deg", NUMBER, "1σ of inclination to expect of a track"),
     Kind("sigma_heading_deg", NUMBER, "the same of heading"),
     Kind("heading_drift_deg_min", NUMBER, "drift of heading in a minute, without a magnetometer"),
-    Kind("findings", TEXTS, "names of what was found, the worst first"),
-    Kind("sentences", TEXTS, "what was found"),
+    Kind("findings", TEXTS, "names of the findings, the worst first"),
+    Kind("sentences", TEXTS, "the findings"),
     Kind("cures", TEXTS, "what to do about it"),
 )
 COEFFICIENTS = {
@@ -131,7 +131,7 @@ OF_VERB = dict.fromkeys(TRACKING, TRACK) | {DOCTOR: EXAMINATION, NOISE: ALLAN}
 
 
 def schema(verb: str, facts: JsonObject) -> Untyped:
-    """The Arrow schema of a verb's rows, with what was asked for in its metadata."""
+    """The Arrow schema of a verb's rows, with the request in its metadata."""
     import json
 
     import pyarrow as pa

@@ -94,7 +94,7 @@ def corpus(
         tracks: write each track to ``out``/tracks, as Parquet. Workers on other machines need the same folder.
         sensor: recordings of the same sensor start with the calibration of the one before: a regular expression whose
             group, in the name of a recording, is the sensor; or ``column:NAME`` of its file.
-        order: what puts recordings of a sensor in order of time, likewise; by default their names.
+        order: the key of the order of a sensor's recordings in time, likewise; by default their names.
         engine: as for ``fuse_recordings``.
         axes: how the sensors sit on their bodies, as for ``Track.mounted``, for the tracks that are written.
         frame: earth frame of these tracks, "ENU", "NED" or "NWU".

@@ -83,7 +83,7 @@ def tune_corpus(
         params: the filter and the rest, as for ``tune_filter``.
         names: parameters to search.
         metric: the error to minimise.
-        goal: what the filter is held against.
+        goal: the reference of the filter.
         guard: in front of it.
         magnetometer: False: magnetometers are left out.
         engine: of the many runs of the search, as for ``tune_filter``.
@@ -205,7 +205,7 @@ def _reference(wish: ReferenceWish, source: Source) -> Reference:
 
 
 def reference_facts(wish: ReferenceWish, sources: Sequence[Source]) -> list[JsonObject]:
-    """A row for each recording: what its reference is, or why it can have none; a worker's task."""
+    """A row for each recording: its reference, or the reason for its absence; a worker's task."""
     rows: list[JsonObject] = []
     for source in sources:
         try:

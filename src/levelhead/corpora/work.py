@@ -36,7 +36,7 @@ def run_batch(job: Job, batch: Batch, storage: ReadOnlyJson, tracks: str) -> lis
     """The rows of some recordings, one after the other.
 
     Args:
-        job: what is done.
+        job: the request.
         batch: the recordings.
         storage: options of fsspec.
         tracks: folder for tracks; "": none are written.
@@ -56,7 +56,7 @@ def run_batch(job: Job, batch: Batch, storage: ReadOnlyJson, tracks: str) -> lis
 
 
 def next_prior(rows: list[JsonObject], prior: str) -> str:
-    """The prior of the next recording of a sensor: what this one has learned, or the one before where it failed."""
+    """The prior of a sensor's next recording: the calibration of this one, or of the one before a failure."""
     return next((str(row["calibration"]) for row in rows if row.get("calibration")), prior)
 
 
@@ -104,10 +104,10 @@ def _rows(job: Job, source: Source, sensor: str, prior: str, storage: ReadOnlyJs
 
 
 class Attempt:
-    """One recording on its way to rows; a block ``with`` it makes what goes wrong there the one row that it gives.
+    """One recording on its way to rows; an error in a block ``with`` it becomes its one row.
 
     Attributes:
-        base: what all of its rows have.
+        base: the columns that all of its rows have.
         rows: its rows.
     """
 

@@ -44,10 +44,10 @@ def fuse(
         recording: the sensors' readings in SI units.
         params: which filter, by its Params object (``Kalman(r_measure=0.1)``), its class, or its name. None: the best
             one there is.
-        guard: what counts as rest, saturation and disturbance; None: the filter sees every reading as it is.
+        guard: the thresholds of rest, saturation and disturbance; None: the filter sees every reading as it is.
         engine: "native" (C, compiled with the package), "compiled" (Numba), "python", or "auto": the fastest that there
             is for the filter; the bits do not depend on it.
-        prior: what an earlier run has learned of the same sensor (``Track.calibration``, ``Calibration.read``), for a
+        prior: the calibration of the same sensor by an earlier run (``Track.calibration``, ``Calibration.read``), for a
             filter that learns: ``ESKF``.
         progress: called now and then with the fraction done, 0 to 1.
 

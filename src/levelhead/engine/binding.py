@@ -1,7 +1,7 @@
 """Drivers bound to a filter, and which engine does the work, with the same bits.
 
-"native" is the C that was compiled with the package, for the filters of the house; "compiled" what Numba compiles on
-this machine; "python" the kernels as they stand.
+"native" is the C that was compiled with the package, for the filters of the house; "compiled" the code that Numba
+compiles on this machine; "python" the kernels as they stand.
 """
 
 import functools
@@ -126,7 +126,7 @@ def _hooks(flt: Filter, guarded: bool, name: str) -> driver.Hooks:
 
 
 def estimates_bias(flt: Filter, guarded: bool) -> bool:
-    """Whether a track of the filter has a bias: its own, or what was read off at rest."""
+    """Whether a track of the filter has a bias: its own, or the bias measured at rest."""
     return "bias" in flt.estimates or (guarded and is_guarded(flt))
 
 
@@ -171,7 +171,7 @@ def numba_installed() -> bool:
 
 
 def choose_engine(engine: str, samples: int, native: bool = False) -> str:
-    """ "native", "compiled" or "python": what ``engine="auto"`` means for so many samples.
+    """ "native", "compiled" or "python": the meaning of ``engine="auto"`` for so many samples.
 
     ``native``: whether the filter has a native engine.
 

@@ -59,7 +59,7 @@ class ChunkRun:
     """A filter on its way through chunks, which can be saved after any of them; arguments as for ``fuse_chunks``.
 
     Args:
-        saved: what ``save`` gave in an earlier process: the run goes on from there, with the same bits.
+        saved: the result of ``save`` in an earlier process: the run goes on from there, with the same bits.
 
     Raises:
         LevelheadError: as ``fuse_chunks``, or ``saved`` comes from a version whose filter keeps another state.

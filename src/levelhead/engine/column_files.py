@@ -19,7 +19,7 @@ class ColumnFiles:
     Args:
         folder: that they are in.
         widths: name of a column -> numbers in a row of it.
-        rows: how many the files have; what an ended process wrote behind them is cut off.
+        rows: how many the files have; later bytes of an ended process are cut off.
     """
 
     def __init__(self, folder: Path, widths: Mapping[str, int], rows: int = 0) -> None:
@@ -42,7 +42,7 @@ class ColumnFiles:
         self.rows += len(next(iter(columns.values())))
 
     def flush(self) -> None:
-        """Has what was appended written to the disk."""
+        """Has the appended columns written to the disk."""
         for name in self._widths:
             with self._folder.joinpath(name).open("rb") as file:
                 os.fsync(file.fileno())

@@ -35,11 +35,11 @@ RATE_UNUSABLE = GYR_MISSING | GYR_SATURATED | GYR_STUCK  # the rate is not the b
 LEAST_ROTATION = 5.5 * DEGREE  # rad, 1σ of an unmeasured rotation from which the filter's covariance is inflated
 INTERVALS = 16.0  # over which the usual interval is averaged
 CHANGE_VARIANCE = 1.0 / 12.0  # of a number that is uniform between 0 and 1: when in a lost interval the rate changed
-RETURN_VARIANCE = 0.06  # of what the rate does besides, as a share of its square
+RETURN_VARIANCE = 0.06  # of the rate between, as a share of its square
 
 
 class ConditionedSample(NamedTuple):
-    """The last sample without its unusable readings, and what is kept of the samples before it."""
+    """The last sample without its unusable readings, and the sums over the samples before it."""
 
     gyr: Vec3  # rad/s, in the mean over dt as far as known; where it is missing the last one that was not
     acc: Vec3  # m/s²; the zero vector where it cannot be used

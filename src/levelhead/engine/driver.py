@@ -1,13 +1,13 @@
-"""The one driver: what happens to a sample before and after a filter's step, for every filter and every engine.
+"""The one driver: the processing of a sample before and after a filter's step, for every filter and every engine.
 
 These are kernels: plain Python runs them as they stand, Numba and the export to C translate the same source. A filter's
 own functions and the guard's are called through ``hooks`` and ``aiding``; ``Hooks`` and ``AidingHooks`` declare them,
 and ``binding.bind`` makes a copy of the driver in which they are one filter's. Arrays are flat (row after row), so that
 Python lists and NumPy arrays are indexed by the same line.
 
-A sample goes through in phases. ``conditioning.condition`` comes first and needs the readings only; all others take
-the conditioned sample and what one run carries. ``advance`` calls them in turn; ``engine.lanes`` calls each for all of
-its runs at once, and skips it for all where the sample does not need it. That is why rare work is a phase of its own.
+A sample goes through in phases. ``conditioning.condition`` comes first and needs the readings only; all others take the
+conditioned sample and the state of one run. ``advance`` calls them in turn; ``engine.lanes`` calls each for all of its
+runs at once, and skips it for all where the sample does not need it. That is why rare work is a phase of its own.
 """
 
 from typing import NamedTuple, Protocol
@@ -60,7 +60,7 @@ class Carry(NamedTuple):
 class Hooks(Protocol):
     """The functions of a filter and of its guard that the driver calls.
 
-    A hook that has a body is optional: the body is what happens without it. ``params`` are the filter's.
+    A hook that has a body is optional: the body runs without it. ``params`` are the filter's.
     """
 
     OWN_SIGMA: bool  # the filter's output has σ, so the driver computes none

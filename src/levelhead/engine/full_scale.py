@@ -1,4 +1,4 @@
-"""A sensor beyond its full scale: what it would have read, from the slope with which it came there.
+"""A sensor beyond its full scale: the reading beyond it, from the slope with which it came there.
 
 A reading that leaves the range with the slope a and comes back after T as a parabola was a T/4 beyond at most, and
 a T²/6 in the integral of all that is beyond; growing with time t, that is a t/3. A rate that is clipped is of a body
@@ -82,7 +82,7 @@ def mean_beyond(approach: Approach, dt: float) -> Vec3:
 
 @kernel
 def squared_excess(approach: Approach, time: float) -> float:
-    """u² s², square of the integral a T²/6 of what is beyond, ``time`` seconds after full scale was reached."""
+    """u² s², square of the integral a T²/6 of the excess, ``time`` seconds after full scale was reached."""
     x, y, z = approach.slope
     missed = time * time / 6.0
     return missed * missed * (x * x + y * y + z * z)
@@ -99,7 +99,7 @@ def unmeasured_angle(rate: Approach, before: float) -> float:
 
 @kernel
 def unmeasured_velocity(force: Approach, dt: float) -> float:
-    """m²/s², variance of the velocity by what was beyond full scale in the last ``dt`` seconds.
+    """m²/s², variance of the velocity by the excess over full scale in the last ``dt`` seconds.
 
     A phone of ± 2 g in a runner's hand is clipped at each step. Begun in the run, its tilt was beyond 4σ for 68 % of
     the time without this variance and is for 1 % with it (``benchmarks/accuracy/changed.py``).

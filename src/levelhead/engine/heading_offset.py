@@ -52,8 +52,8 @@ def heading_offset(
 ) -> HeadingOffset:
     """The offset with which the yaw of ``quat`` is ``heading``.
 
-    The drift of a relative heading is a random walk: what comes after this instant is independent of what was before,
-    so that σ² begins with that given. A heading with a reference keeps errors; both count, as if independent.
+    The drift of a relative heading is a random walk: the time after this instant is independent of the time before, so
+    σ² begins with the given one. A heading with a reference keeps errors; both count, as if independent.
 
     Args:
         quat: the orientation now, without an offset.

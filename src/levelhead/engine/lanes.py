@@ -77,7 +77,7 @@ class Variant(NamedTuple):
 
 @functools.cache
 def compile_lanes(variant: Variant, short: bool) -> CompiledLanes:
-    """Compiled lanes; ``short``: with NaN in place of what is rare."""
+    """Compiled lanes; ``short``: with NaN in rare cases."""
     flt, observer = variant.flt, variant.observer
     bound, settings = bind(flt, variant.guarded), Settings(flt.params(), DEFAULT_GUARD)
     run = bound.begin(settings).run
@@ -234,10 +234,10 @@ def observe_lanes(
     """The sums of an observer over the run of each parameter set; no track is kept.
 
     Args:
-        recording: what the sensors results.
+        recording: the conditioned samples.
         flt: the filter.
         parameter_sets: k of them, of this filter.
-        observer: what to accumulate; compiled together with the filter, once.
+        observer: the quantity to accumulate; compiled together with the filter, once.
         truth: (n, 4) orientation to hold beside; samples that are NaN do not count.
         sums: (k, numbers of ``observer.start``) where each run begins.
         guard: as for ``fuse``.

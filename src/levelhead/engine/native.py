@@ -23,7 +23,7 @@ from levelhead.filters.parameters import Params
 from levelhead.recording import Array
 
 PACKAGE = Path(__file__).resolve().parent.parent
-KINDS = ("IMU_FILTERS", "AXIS_FILTERS", "SMOOTHERS")  # what the extension has, by name
+KINDS = ("IMU_FILTERS", "AXIS_FILTERS", "SMOOTHERS")  # contents of the extension, by name
 
 
 def native_name(flt: Filter, guarded: bool) -> str:

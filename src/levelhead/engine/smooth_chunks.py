@@ -1,9 +1,9 @@
 """The smoother over a recording larger than memory: its arrays lie in files that are mapped into memory.
 
 The forward run and the way back are those of ``smoothing``, over arrays of the whole recording, so bits are the same. A
-sample takes 168 bytes in these files, which the system writes out and drops as it needs memory; what the forward run
-saves now and then goes to a file too. Another process can go on with the files of one that was ended. Pressure and GNSS
-are left aside, with a warning.
+sample takes 168 bytes in these files, which the system writes out and drops as it needs memory; the regular saves of
+the forward run go to a file too. Another process can go on with the files of one that was ended. Pressure and GNSS are
+left aside, with a warning.
 """
 
 import logging
@@ -32,7 +32,7 @@ WIDTHS = {"t": 1, "gyr": 3, "acc": 3, "mag": 3}  # of the inputs
 MADE = {"quat": 4, "bias": 3, "sigma": 3, "health": 1}
 STRETCHES = "stretches"
 START = 8  # bytes of where one begins
-OFTEN = 64  # stretches between two times that what is mapped is given back to the system
+OFTEN = 64  # stretches between two releases of mapped memory
 
 
 class SavedStretches:
@@ -80,7 +80,7 @@ def smooth_chunks(
         engine: as for ``smooth``; plain Python takes memory by the sample.
         prior: as for ``smooth``.
         folder: where the files are made, 168 bytes for a sample, and removed; None: where the system has such files.
-        progress: called now and then with the fraction done of what follows reading, 0 to 1.
+        progress: called regularly with the finished fraction of the work after reading, 0 to 1.
 
     Raises:
         LevelheadError: as ``smooth``; no chunk, or one that does not follow; a full disk.
@@ -117,8 +117,8 @@ class ChunkSmoother:
 
     Args:
         place: the folder.
-        save: called now and then with what must be kept, ready for JSON, when the files are on the disk; None: never.
-        saved: what an earlier process kept last, whose files are in the folder: the work goes on from there.
+        save: called regularly with the state to keep, ready for JSON, when the files are on the disk; None: never.
+        saved: the last state of an earlier process, whose files are in the folder: the work goes on from there.
     """
 
     def __init__(

@@ -206,7 +206,7 @@ class Interval(NamedTuple):
 
     left: float  # s, the end of the first
     span: float  # s
-    has_end: bool  # False: what follows the last block
+    has_end: bool  # False: the time after the last block
     new_start: bool  # the attitude of the second is independent of that of the first,
     joined: int  # and samples from this one on belong to the second
 
@@ -224,7 +224,7 @@ def block_interval(t: Array, kept: Array, k: int, count: int, first: int, last: 
 
 @kernel
 def shares_at(interval: Interval, i: int, time: float) -> tuple[float, float]:
-    """The second block's in sample i, linear in time; and that in what does not go across a new start."""
+    """The second block's in sample i, linear in time; and that in states that do not continue over a new start."""
     line = min((time - interval.left) / interval.span, 1.0) if interval.has_end else 1.0
     if interval.new_start:
         return line, 1.0 if i >= interval.joined else 0.0
@@ -238,7 +238,7 @@ def spread_block(
 ) -> None:  # fmt: skip
     """From the ends of block k − 1 and k to each sample between: linear, but not across a new start.
 
-    ``first`` and ``last`` are these samples. Block ``count`` has no end: it is what follows the last one.
+    ``first`` and ``last`` are these samples. Block ``count`` has no end: the state after the last one.
     """
     one = 3 * (k - 1)
     other = 3 * min(k, count - 1)

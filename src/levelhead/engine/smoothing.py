@@ -1,7 +1,8 @@
 """The smoother: every estimate uses the whole recording.
 
-The filter runs forward and keeps of each block of samples what its ``Smoothing`` asks for. Then the blocks are
-corrected backwards, each by all that follows it (for the ``ESKF`` by ``filters.eskf.rts``, which has the equations).
+The filter runs forward and keeps the quantities that its ``Smoothing`` needs of each block of samples. Then the blocks
+are corrected backwards, each by all that follows it (for the ``ESKF`` by ``filters.eskf.rts``, which has the
+equations).
 
 The attitude between the ends of two blocks is rotated from the left by exp of a rotation vector that goes linearly from
 the correction of the first block to that of the second one before its own measurements. Only half a minute of blocks

@@ -74,7 +74,7 @@ def _sample_error(gyr: Triple, acc: Triple | None, mag: Triple | None, dt: objec
 
 
 def _rows(name: str, values: object, n: int | None, unit: str) -> Array:
-    """(n, 3) float64 of what was given; ``n`` None: any number of rows.
+    """(n, 3) float64 of the argument; ``n`` None: any number of rows.
 
     Raises:
         LevelheadError: it is of another shape, or holds other things than numbers.
@@ -117,7 +117,7 @@ class Stream:
         quat = live.update(gyr=(0.0, 0.1, 0.0), acc=(0.0, 0.0, 9.81), dt=0.01)
 
     The first sample sets the attitude to start from (its dt does not matter). Feeding the samples of a recording gives
-    the same bits as ``fuse``. A missing reading (None for the magnetometer, NaN for any) is bridged and said in
+    the same bits as ``fuse``. A missing reading (None for the magnetometer, NaN for any) is bridged and marked in
     ``health``.
 
     Args:
@@ -262,10 +262,10 @@ class Stream:
         return quat
 
     def _intervals(self, n: int, dt: object, t: object) -> Array:
-        """(n,) seconds before each sample since the last, from what was given; those of ``update``, to the bit."""
+        """(n,) seconds before each sample since the last, from the arguments; those of ``update``, to the bit."""
         if (dt is None) == (t is None):
             raise LevelheadError("update_rows needs dt (seconds since the last sample) or t (the samples' stamps)")
-        if isinstance(dt, float) and 0.0 < dt < MOST_DT:  # in a third of the time of what follows
+        if isinstance(dt, float) and 0.0 < dt < MOST_DT:  # in a third of the time of the general case
             return np.full(n, dt)
         try:
             given = np.asarray(dt if t is None else t, np.float64)
@@ -315,7 +315,7 @@ class Stream:
         ``fuse`` with the same temperature beside each sample.
 
         Args:
-            temperature: °C; NaN is no reading.
+            temperature: °C; NaN is not a reading.
 
         Raises:
             LevelheadError: no number.
@@ -492,7 +492,7 @@ class Stream:
         self._use_heading(None)
 
     def save(self) -> bytes:
-        """The whole state, parameters included, as bytes: what ``Stream.restore`` goes on from, to the bit."""
+        """The whole state as bytes, parameters included; ``Stream.restore`` continues from it, to the bit."""
         if self._corrected:
             raise LevelheadError(
                 "a stream whose readings are corrected cannot be saved; save its prior or calibration instead"
@@ -512,7 +512,7 @@ class Stream:
         """A stream that goes on where ``save`` left off, on any engine.
 
         Raises:
-            LevelheadError: the bytes are no saved stream, are damaged, or come from a version with another layout.
+            LevelheadError: the bytes are not a saved stream, are damaged, or come from a version with another layout.
         """
         saved = from_bytes(data)
         stream = cls(saved.settings.filter, guard=saved.settings.guard if saved.guarded else None, engine=engine)

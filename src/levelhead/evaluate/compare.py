@@ -249,7 +249,7 @@ def _is_default(track: Track) -> bool:
 
 def _reference(tracks: Sequence[Track]) -> Track | None:
     """The default filter's track, else the one with the smallest σ of tilt; None: there is none. The smallest σ of all
-    would often be that of a filter which takes every acceleration for noise, and is sure of what is wrong.
+    would often be that of a filter which takes every acceleration for noise, and has a small σ for a wrong answer.
     """
     return min(tracks, key=lambda track: (not _is_default(track), _tilt_sigma(track)), default=None)
 

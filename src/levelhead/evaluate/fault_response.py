@@ -31,7 +31,7 @@ WORDS = {bit: name.lower() for name, bit in vars(health).items() if isinstance(b
 
 
 class ErrorCurve(NamedTuple):
-    """Errors of a track in degrees: (n,) tilt and signed heading, and what 1σ of each is (None: it has no σ)."""
+    """Errors of a track in degrees: (n,) tilt and signed heading, and 1σ of each (None: it has no σ)."""
 
     tilt: Array
     heading: Array

@@ -1,4 +1,4 @@
-"""Filters as C99: the kernels translated, with the numbers that were found, and what a board needs around them."""
+"""Filters as C99: the kernels translated, with the numbers found, and the files that a board needs."""
 
 from levelhead.export.config import ExportConfig
 from levelhead.export.project import files, write, write_package

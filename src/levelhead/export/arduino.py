@@ -1,4 +1,4 @@
-"""The sketch for a chip on I²C, which logs what `levelhead fuse` reads."""
+"""The sketch for a chip on I²C, which logs lines for `levelhead fuse`."""
 
 from collections.abc import Mapping
 
@@ -106,7 +106,7 @@ def _field(config: ExportConfig, chip: SketchChip) -> dict[str, str]:
 def _bias(config: ExportConfig) -> dict[str, str]:
     """The gyroscope's bias is read off at the start, unless the filter or its calibration has it already."""
     if config.prior is not None or config.calibration is not None:
-        start = "The gyroscope's bias is among what is known of this sensor."
+        start = "The calibration of this sensor has the gyroscope's bias."
         return {"still": "", "wait": "", "bias": "", "unbiased": "gyr[k]", "start": start}
     return {
         "still": template("sketch.still.ino").template,

@@ -84,7 +84,7 @@ class AxisApi(CApi):
         return {f"{self.name}.h": self._header(), f"{self.name}.c": source}
 
     def _keep(self, name: str) -> str:
-        """The lines that keep of a root's result what the next step reads."""
+        """The lines that keep the part of a root's result that the next step reads."""
         members = self.program.writer.result_members(self.program.procedures[name])
         paths = dict(number_paths(self._state, "")).values()
         pairs = zip(paths, members.values(), strict=True)
@@ -94,7 +94,7 @@ class AxisApi(CApi):
         ).rstrip()
 
     def _header(self) -> str:
-        whole = ["/* A filter: what a human sets, and what goes from one sample to the next. */", "typedef struct {"]
+        whole = ["/* A filter: its settings, and its state from one sample to the next. */", "typedef struct {"]
         for name, kind in self.whole.fields.items():
             assert kind is not None
             whole.append(f"{STEP}{self.program.types.name(kind, public=True)} {variable(name)};")

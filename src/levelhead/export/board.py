@@ -104,7 +104,7 @@ def require_fit(api: Api, board: TargetBoard) -> None:
     """Refuses a sketch that a board cannot hold.
 
     Raises:
-        LevelheadError: with what it needs, what the board has, and what would fit.
+        LevelheadError: with its need, the memory of the board, and a filter that fits.
     """
     if fits(api, board):
         return

@@ -33,7 +33,7 @@ MACHINES = (
     Machine("AVR (Uno, Mega)", 4, 1),
 )
 
-ROOTS: dict[str, dict[str, object]] = {  # of a number: its layout, and what a root in whole numbers is made with
+ROOTS: dict[str, dict[str, object]] = {  # of a number: its layout, and the parts of a root in whole numbers
     "double": {"f": "", "has_root": 8, "bits": "uint64_t", "whole": "int64_t", "width": 64, "fraction": 52,
                "infinite": 2047, "middle": 1023, "lift": 10, "vsqrt": '"vsqrt.f64 %P0, %P1" : "=w"(root) : "w"(x)'},
     "float": {"f": "f", "has_root": 4, "bits": "uint32_t", "whole": "int32_t", "width": 32, "fraction": 23,

@@ -1,4 +1,4 @@
-"""Calls of procedures: where each record lies for a call, what is stored for it, and what it has written behind it."""
+"""Calls of procedures: the place of each record for a call, its stores before it, and its writes behind it."""
 
 import ast
 from collections.abc import Sequence
@@ -14,7 +14,7 @@ class ProcedureCalls:
 
     Args:
         graph: of the procedure that calls.
-        read_only: its parameters at places where nothing may be put, because they are not what is returned.
+        read_only: its parameters at places without stores, because they are not the result.
     """
 
     def __init__(self, graph: GraphBuilder, read_only: frozenset[str]) -> None:
@@ -77,7 +77,7 @@ class ProcedureCalls:
         return place
 
     def _changes(self, record: Record, place: Place, call: Call, name: str) -> bool:
-        """Whether a call would change what lies at a place, by itself or because another record is put there first."""
+        """Whether a call would change the content of a place, itself or by another record that is put there first."""
         procedure = call.procedure
         if any(inner.root == name for inner in procedure.writes):
             return True

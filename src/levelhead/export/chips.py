@@ -1,6 +1,6 @@
-"""The chips that a sketch reads: what is written to wake them, and where their output registers have which axis.
+"""The chips that a sketch reads: the writes that wake them, and the axis of each output register.
 
-A chip that levelhead drives itself is taken from its driver: the sketch writes what that driver writes. The others are
+A chip that levelhead drives itself is taken from its driver: the sketch makes the writes of that driver. The others are
 from their data sheets, register by register.
 """
 
@@ -38,7 +38,7 @@ class SketchChip(NamedTuple):
         identity: register, value, and the bits of it that count.
         gyr: full scale in °/s -> rad/s per count.
         acc: full scale in g -> m/s² per count.
-        start: what is written, for the two full scales.
+        start: the writes, for the two full scales.
         layout: the output registers.
     """
 
@@ -75,14 +75,14 @@ def _driven(chip: FifoChip, source: str) -> SketchChip:
 
 
 def find_layout(first: int, size: int, output: Callable[[bytes], Registers]) -> Layout:
-    """Where a driver finds each axis in a burst, from what it makes of bytes that are all different."""
+    """Where a driver finds each axis in a burst, from its reading of bytes that are all different."""
     data = bytes(range(1, size + 1))
     read = output(data)
     for little in (False, True):
         words = [int.from_bytes(data[i : i + 2], "little" if little else "big") for i in range(0, size, 2)]
         if set(read.gyr + read.acc) <= set(words):
             return Layout(first, size // 2, little, _indices(words, read.gyr), _indices(words, read.acc))
-    raise LevelheadError("the driver's output registers are no words of 16 bits")
+    raise LevelheadError("the driver's output registers are not words of 16 bits")
 
 
 def _indices(words: list[int], counts: Counts) -> tuple[int, int, int]:

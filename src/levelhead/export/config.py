@@ -36,12 +36,12 @@ class ExportConfig:
         guard: in front of it; None: the filter sees every reading as it is.
         real: the type of all numbers.
         axis: the filter of one level and its rate instead of that of an IMU.
-        prior: what an earlier run has learned of the same sensor: the filter starts with it.
+        prior: the calibration of the same sensor by an earlier run: the filter starts with it.
         axes: how the sensor sits on its body; all else, calibration and prior included, is in the body's axes.
         frame: "ENU", "NED" or "NWU": of the answers; with NED their body is forward-right-down.
         calibration: its errors are taken off the readings before anything else sees them.
-        without: what no call of the program asks for ("sigma", "health", "bias"), what no
-            sensor gives ("mag"), and "parameters": they are constants of the program.
+        without: outputs that the program does not call ("sigma", "health", "bias"), an absent sensor ("mag"), and
+            "parameters": they are constants of the program.
         board: the board that is to hold the sketch, as ``board.BOARDS`` names it; "": whichever.
         chip: that the sketch reads, as ``chips.chips`` names it.
         command: the words that do it again.

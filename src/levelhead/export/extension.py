@@ -1,6 +1,6 @@
 """Compiles the native engine: C from the kernels into one extension module, when the package is built.
 
-``python -m levelhead.export.extension`` does it in a checkout, beside the sources: for whoever has changed a kernel.
+``python -m levelhead.export.extension`` does it in a checkout, beside the sources: after a change of a kernel.
 """
 
 import hashlib
@@ -22,7 +22,7 @@ PLACE = PACKAGE / "engine" / FILE
 FLAGS = (
     *("-std=c99", "-O2", "-fPIC", "-fvisibility=hidden"),
     "-ffp-contract=off",  # no fused multiply-add: each operation rounds once, as in Python
-    *("-fno-math-errno", "-fno-trapping-math"),  # nobody asks for errno or floating-point signals; values stay
+    *("-fno-math-errno", "-fno-trapping-math"),  # errno and floating-point signals are unused; values stay
 )
 WISHES = (  # of gcc, where it has them
     # The part of -O3 that makes the ESKF a third faster than -O2 does; all of -O3 takes half as long again to compile.
@@ -31,7 +31,7 @@ WISHES = (  # of gcc, where it has them
     "-fno-tree-vrp",
 )
 VECTORS = "-mavx2"  # and no -mfma
-MORE_VECTORS = "-mavx512f"  # for products of matrices; what takes the flag above takes this one
+MORE_VECTORS = "-mavx512f"  # for products of matrices; a compiler with the flag above has this one
 PROBE = 'int lh_probe(void);\nint lh_probe(void) { return __builtin_cpu_supports("avx2"); }\n'
 
 

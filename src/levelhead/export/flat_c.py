@@ -1,4 +1,4 @@
-"""Procedures as C: numbers in variables, records at their places, the kernels' words above what was made of them."""
+"""Procedures as C: numbers in variables, records at their places, the kernels' docstrings above their code."""
 
 import ast
 import re
@@ -44,13 +44,13 @@ class Writer:
     """Writes the procedures of one program.
 
     Args:
-        types: the types; their structs hold what is needed.
+        types: the types; their structs hold the needed fields.
         constants: the constants, which fill up.
-        live: what is needed.
+        live: the needed operations.
         taken: names that no variable may have.
         outer: procedures that the program calls; all others are to stay calls,
         alone: and so are these of them, which stand in two places.
-        inline: whether all but what few samples reach is inlined nevertheless.
+        inline: whether all code but that of few samples is inlined nevertheless.
     """
 
     def __init__(
@@ -127,7 +127,7 @@ class Writer:
         return None
 
     def result_type(self, procedure: Procedure) -> str:
-        """The type of what a procedure returns."""
+        """The type of a procedure's result."""
         found = self.results(procedure)
         if len(found) < 2:
             return self.kind(found[0].kind) if found else "void"
@@ -181,7 +181,7 @@ class Writer:
         body = Body(self, procedure).lines
         words_of = set(re.findall(r"\w+", "\n".join(body)))
         given = [name for name in procedure.by_place if self.reads(procedure, name) and variable(name) not in words_of]
-        body = [*(f"{STEP}(void){variable(name)};" for name in given), *body]  # what only a callee might have read
+        body = [*(f"{STEP}(void){variable(name)};" for name in given), *body]  # only a callee might have read them
         head = wrap_line(self.head(procedure), "")
         return [*self.result_definition(procedure), *(comment(words) if words else []), *head, "{", *body, "}", ""]
 
@@ -482,6 +482,6 @@ def address(shape: tuple[int, ...], name: str) -> str:
 
 
 def _is_zero(store: Store) -> bool:
-    """Whether all bits of what is stored are 0."""
+    """Whether all stored bits are 0."""
     value = store.value
     return value.op == "const" and repr(value.content) in ("0.0", "0", "False")

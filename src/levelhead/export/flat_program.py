@@ -1,4 +1,4 @@
-"""The procedures of a filter on an IMU: update, start, and what a program asks; what none of them needs is left out."""
+"""The procedures of a filter on an IMU: update, start, and queries; unneeded operations are left out."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from types import MappingProxyType
@@ -35,7 +35,7 @@ class Root:
         alone: whether it calls nothing: all is inlined.
         fixed: arguments that are known.
         least: numbers from which a record is passed by its place.
-        homes: where records of what it returns lie, by class.
+        homes: the places of records of its result, by class.
     """
 
     def __init__(
@@ -65,7 +65,7 @@ class FlatProgram:
         frozen: classes of parameters that are constants of the program.
         by_hand: kernel -> the template that has it in C; with any, speed is worth more than size: calls are inlined.
         prefixes: argument of a root that lies in the state -> the way there.
-        state: what is carried from sample to sample, before the first, as Python has it; (): nothing.
+        state: the state before the first sample, as Python has it; (): nothing.
 
     Attributes:
         procedures: name of a root -> its procedure.
@@ -159,7 +159,7 @@ class FlatProgram:
     # Calls
 
     def call(self, name: str, places: Mapping[str, str], values: Mapping[str, str] = MappingProxyType({})) -> str:
-        """A call of a root: what lies where, and what its other arguments are."""
+        """A call of a root: the content of each place, and its other arguments."""
         procedure = self.procedures[name]
         given = [f"&{places[one]}" for one in procedure.by_place if self.writer.reads(procedure, one)]
         given += [values[str(node.content)] for node in self.arguments(name)]

@@ -1,4 +1,4 @@
-"""The frame of an export's answers: constant turns of what the filter gives, the same sums in Python and as C.
+"""The frame of an export's answers: constant turns of the filter's output, the same sums in Python and as C.
 
 A filter computes in ENU with a body forward-left-up. In another frame its quaternion q is e q b*, which is linear in q,
 and the vectors of earth and body change places and signs.
@@ -18,7 +18,7 @@ from levelhead.kernels.quat import Quat
 from levelhead.kernels.vec3 import Vec3
 from levelhead.rotations import conjugate, product
 
-Terms = list[list[tuple[int, float]]]  # of each number of an answer: index and factor of what it is the sum of
+Terms = list[list[tuple[int, float]]]  # of each number of an answer: index and factor of its addends
 BEARING = {"ENU": "{quarter} - yaw", "NED": "yaw", "NWU": "-yaw"}  # from the yaw in C
 YAW = {"ENU": "anticlockwise from east", "NED": "clockwise from north", "NWU": "anticlockwise from north"}
 
@@ -71,7 +71,7 @@ def sum_in_c(row: list[tuple[int, float]], names: Sequence[str], number: Callabl
 
 
 def answer_lines(frame: str, field: str, kind: str, call: str, number: Callable[[float], str]) -> str:
-    """The body of a function that gives one of the answers: what the filter gives, turned to a frame."""
+    """The body of a function that gives one of the answers: the filter's output, turned to a frame."""
     if frame == ENU.name or field not in FrameTerms._fields:
         return f"{STEP}return {call};"
     axes = "wxyz" if field == "quat" else "xyz"

@@ -1,6 +1,6 @@
 """Branches on one condition, one right behind the other, become one: an arm of the second follows that of the first.
 
-A sample that the driver conditions is either the first or not, and what follows asks the same once more.
+A sample that the driver conditions is either the first or not, and later code tests the same once more.
 """
 
 from collections.abc import Iterable

@@ -1,4 +1,4 @@
-"""Kernels as a graph of single operations: what ``tracing`` makes of them, ``liveness`` prunes and ``flat_c`` writes.
+"""Kernels as a graph of single operations: built by ``tracing``, pruned by ``liveness``, written by ``flat_c``.
 
 A value is an ``Operand`` (one number, or an array) or a ``Record`` (a NamedTuple of values). ``Items`` compute
 operands: the body of a procedure, one arm of a ``Branch``, or the body of a ``Loop``. Numbers that last from sample to
@@ -37,7 +37,7 @@ class Place(NamedTuple):
         return self.members[-2:] if vector else self.members[-1:]
 
     def member(self, owner: type, name: str) -> "Place":
-        """A member of what lies here."""
+        """A member of the content."""
         return Place(self.root, (*self.members, RecordField(owner, name)))
 
 
@@ -49,16 +49,16 @@ class Operand:
         op: "const", "named" (a constant of a module), "argument", "load", "phi" (of a branch), "carried" (from turn to
             turn of a loop), "counter" (of a loop), "result" (of a call), "memory" (an array at a place), "local" (an
             array of the procedure), "row" and "element" (of an array), or an operation.
-        arguments: of an operation; the array and the indices of an element; what a carried number is before the first
-            turn, and after each.
+        arguments: of an operation; the array and the indices of an element; the value of a carried number before the
+            first turn, and after each.
         kind: "float", "int", "bool" or "array".
         content: value of a constant; name of an argument; place and version of a load; branch of a phi; loop of a
             carried number; call and number of a result; place of a memory.
         shape: of an array.
-        block: where it is computed; None for what is not computed.
+        block: where it is computed; None for a number that is not computed.
         hint: the variable of the kernel that holds it.
         origin: the kernel that computes it, or that has the constant.
-        after: the item of the block behind which a load is what lies at its place; None: its beginning.
+        after: the item of the block behind which a load has the content of its place; None: its beginning.
     """
 
     op: str
@@ -122,7 +122,7 @@ class Items:
 
 @dataclass(eq=False)
 class Branch:
-    """An ``if``: its arms, what holds a value of either, and what lay at places at the end of each arm."""
+    """An ``if``: its arms, the holders of a value of either, and the content of places at the end of each arm."""
 
     condition: Operand
     block: Items
@@ -170,7 +170,7 @@ class Store:
 class Call:
     """A call of a procedure: the places of its records, its other arguments, and the nodes that are its results.
 
-    ``reads``: place inside of the procedure -> what lies there, where nothing was stored for the call.
+    ``reads``: place inside of the procedure -> its content, where nothing was stored for the call.
     """
 
     procedure: Untyped

@@ -1,4 +1,4 @@
-"""The graph of one procedure while it is made: every operation once, and what is known of numbers and conditions.
+"""The graph of one procedure while it is made: every operation once, and facts about numbers and conditions.
 
 Equal operations on equal numbers are one node, whose bits are those of each.
 """
@@ -48,7 +48,7 @@ class GraphBuilder:
     Attributes:
         body: its items.
         block: the items that get the next node: the body, or an arm within it.
-        contents: what lies at each place now.
+        contents: the present content of each place.
         loads: all loads.
         homes: class -> the one place of a record of it; None where there are several.
         memories: field -> the array that every record has there: it is made once and written in place.
@@ -270,7 +270,7 @@ class GraphBuilder:
         return None
 
     def assume(self, condition: Operand, truth: bool) -> None:
-        """Notes what a condition is in the arm that begins."""
+        """Notes the value of a condition in the arm that begins."""
         self.block.known[condition] = truth
         if condition.op == "not":
             self.assume(condition.arguments[0], not truth)

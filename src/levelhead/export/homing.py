@@ -56,7 +56,7 @@ def _gains(phi: Operand, place: Place) -> bool:
 
 
 def touches(item: Item, place: Place) -> bool:
-    """Whether an item reads or writes what lies at a place, other than by a load."""
+    """Whether an item reads or writes the content of a place, other than by a load."""
     if isinstance(item, Store):
         return item.place == place
     if isinstance(item, Call):
@@ -68,7 +68,7 @@ def touches(item: Item, place: Place) -> bool:
 
 
 def writes(item: Item, place: Place) -> bool:
-    """Whether an item by itself changes what lies at a place."""
+    """Whether an item by itself changes the content of a place."""
     if isinstance(item, Store):
         return item.place == place
     return isinstance(item, Call) and any(outer_place(item, inner) == place for inner in item.procedure.writes)

@@ -188,7 +188,7 @@ class ImuApi(CApi):
         return join_lines([absent, *(f"{STEP}to[{i}] = {row};" for i, row in enumerate(rows))]).rstrip()
 
     def _take(self) -> str:
-        """The lines that make of an update's readings what the filter is fed with."""
+        """The lines that turn an update's readings into the filter's input."""
         taken = {str(node.content) for node in self.program.arguments("advance")}
         names = [name for name in sensor.READINGS if f"{name}_x" in taken]
         lines = [f"{STEP}{self.config.real} {', '.join(f'{name}[3]' for name in names)};"]
@@ -220,7 +220,7 @@ class ImuApi(CApi):
         return template("corrected.c").substitute(self.common_gaps(), body=join_lines(lines).rstrip()) + "\n"
 
     def _values(self) -> str:
-        """The lines that set parameters and what is known of the sensor."""
+        """The lines that set parameters and the errors of the sensor."""
         given = {"filter": self.config.params, "guard": self.config.guard or Guard()}
         lines = []
         for name, kind in self._struct("settings").fields.items() if "settings" in self.whole.fields else ():
@@ -249,7 +249,7 @@ class ImuApi(CApi):
         return aiding + template("errors.h").substitute(self.common_gaps(), fields=self.fields)
 
     def _header(self) -> str:
-        whole = ["/* A filter: what a human sets, and what goes from one sample to the next. */", "typedef struct {"]
+        whole = ["/* A filter: its settings, and its state from one sample to the next. */", "typedef struct {"]
         for name, kind in self.whole.fields.items():
             assert kind is not None
             whole += [] if is_empty(kind) else [f"{STEP}{self.program.types.name(kind, public=True)} {name};"]

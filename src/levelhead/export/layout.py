@@ -57,7 +57,7 @@ def wrap_line(code: str, indent: str) -> list[str]:
 
 
 def comment(words: str, indent: str = "") -> list[str]:
-    """Words as a comment of its own; what is laid out by hand stays so."""
+    """Words as a comment of its own; a layout by hand stays."""
     text = escape(words.strip())
     if "\n" not in text and len(text) + len(indent) <= LONGEST - 6:
         return [f"{indent}/* {text} */"]

@@ -1,7 +1,7 @@
-"""The magnetometers beside the chips of a sketch: what wakes them, and where their registers have which axis.
+"""The magnetometers beside the chips of a sketch: the writes that wake them, and the axis of each register.
 
-The sketch writes what levelhead's own drivers write: AK8963 in the MPU-9250 (AKM MS1356-E-02), AK09916 in the ICM-20948
-(TDK DS-000189), LIS3MDL beside an LSM6DS chip (ST DocID024204, rev. 6).
+The sketch makes the writes of levelhead's own drivers: AK8963 in the MPU-9250 (AKM MS1356-E-02), AK09916 in the
+ICM-20948 (TDK DS-000189), LIS3MDL beside an LSM6DS chip (ST DocID024204, rev. 6).
 """
 
 from typing import NamedTuple
@@ -17,7 +17,7 @@ from levelhead.sources.sensors.lis3mdl import LIS3MDL
 
 
 class FieldRegisters(NamedTuple):
-    """A magnetometer as a sketch reads it: a status byte, x, y and z with the low byte first, and what follows.
+    """A magnetometer as a sketch reads it: a status byte, x, y and z with the low byte first, and the bytes behind.
 
     Attributes:
         driver: levelhead's.

@@ -15,7 +15,7 @@ class ArmMerger:
 
     Args:
         graph: of the procedure.
-        read_only: its parameters at places where nothing may be put, because they are not what is returned.
+        read_only: its parameters at places without stores, because they are not the result.
     """
 
     def __init__(self, graph: GraphBuilder, read_only: frozenset[str]) -> None:

@@ -8,7 +8,7 @@ from typing import Any
 
 from levelhead.compiler.mark import KernelFunction
 
-PythonObject = Any  # what a global of a kernel is: a number, a class, a module, a function
+PythonObject = Any  # the value of a kernel's global: a number, a class, a module, a function
 MISSING = object()
 ALLOCATIONS = {"empty", "zeros"}  # of NumPy; ``arrays.zeros`` is marked
 

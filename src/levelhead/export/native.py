@@ -27,7 +27,7 @@ from levelhead.kernels.arrays import subtract_each_row
 from levelhead.kernels.vec3 import ZERO
 from levelhead.version import VERSION
 
-GENERATOR = (  # what makes C of kernels, beside the kernels themselves
+GENERATOR = (  # the translator of kernels to C, beside the kernels themselves
     "compiler/hooks.py",
     "compiler/mark.py",
     "engine/binding.py",

@@ -18,7 +18,7 @@ class StatementPlan:
     Attributes:
         items: block -> its items that are needed, in order.
         held: nodes that have a variable.
-        saved: item -> loads that must be held before it, because what they load is overwritten before it is used.
+        saved: item -> loads that must be held before it, because its place is overwritten before the value is used.
     """
 
     def __init__(self, procedure: Procedure, live: Liveness) -> None:
@@ -151,8 +151,9 @@ class StatementPlan:
     # Elements of arrays
 
     def _hold_in_time(self) -> None:
-        """Elements that are changed before the statement that uses them get a variable, or what is computed of them;
-        so does what a loop would compute at each turn anew."""
+        """Elements that are changed before the statement that uses them get a variable, or numbers computed from them
+        do;
+        so do numbers that a loop would compute anew at each turn."""
         for node in list(self._computed()):
             if node.op != "row" and node not in self.held:
                 block, user = self._uses[node][0]
@@ -253,7 +254,7 @@ class StatementPlan:
         self.saved.setdefault(item if item is not None else None, []).append(load)
 
     def _begin(self, load: Operand, order: dict[Untyped, int]) -> int:
-        """The step from which a load is what lies at its place."""
+        """The step from which a load is the content of its place."""
         after = load.after
         if after is None:
             return -1
@@ -262,7 +263,7 @@ class StatementPlan:
             if isinstance(after, Branch | Loop):
                 last = max([last, *(order[after, arm] for arm in after.arms if (after, arm) in order)])
             return last
-        assert load.block is not None  # what stood there is not needed: the item before it
+        assert load.block is not None  # the old content is not needed: the item before it
         before = load.block.items[: load.block.items.index(after)] if after in load.block.items else []
         found = [order[item] for item in before if item in order]
         return max(found, default=-1)

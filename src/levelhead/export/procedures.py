@@ -1,4 +1,5 @@
-"""Kernels as procedures over places: which stay calls, what each reads and writes, and which fields never change.
+"""Kernels as procedures over places: those that stay calls, the reads and writes of each, and the fields that never
+change.
 
 A field that has one value at the start, and to which nothing else is ever given, is that constant (``steady``): without
 the guard, no reading is ever clipped. That is assumed of every field first, and dropped where a store contradicts it.
@@ -61,7 +62,7 @@ class Part(NamedTuple):
 
 @dataclass(eq=False)
 class Procedure:
-    """One kernel with what it calls.
+    """One kernel with the kernels that it calls.
 
     Attributes:
         parts: of its arguments, each with a value like those that it takes.
@@ -116,7 +117,7 @@ class Procedures:
     Args:
         roots: the kernels that the program calls.
         steady: field -> its value, for fields that are assumed never to change.
-        inlined: kernels that are no calls, whatever their size.
+        inlined: kernels that are not calls, whatever their size.
         frozen: classes of parameters that are constants of the program.
         by_hand: kernels that are calls in any case.
     """
@@ -174,8 +175,8 @@ def make_procedure(
     """Runs a kernel for arguments like these.
 
     ``pick``: the name of the part of its result that is wanted; ``fixed``: arguments that are known; ``homes``: as
-    ``Procedures``; ``least``: numbers from which a record is passed by its place; ``own``: where records of what it
-    returns lie.
+    ``Procedures``; ``least``: numbers from which a record is passed by its place; ``own``: the places of records of its
+    result.
     """
     read_only: frozenset[str] = frozenset()
     while True:
@@ -301,7 +302,7 @@ def _put(made: Procedure, value: Value, name: str) -> None:
 
 
 def _note_effects(made: Procedure) -> None:
-    """Fills in what a procedure reads and writes at the places of its parameters, and into which arrays it puts."""
+    """Fills in a procedure's reads and writes at the places of its parameters, and its arrays."""
     partly: set[Place] = set()
     for block, item in items_within(made.graph.body):
         written: dict[Place, str] = {}
@@ -392,7 +393,7 @@ def called_kernels(roots: Sequence[KernelFunction]) -> set[KernelFunction]:
     for function in reversed(order):
         again = (places[function] - 1) * weights[function]
         if function in makers:
-            pass  # its arrays belong to whoever calls it
+            pass  # its arrays belong to its caller
         elif (
             is_rare(function)
             or (weights[function] >= WORTH if function in often else weights[function] >= RARE) * again >= WORTH
@@ -406,7 +407,7 @@ def called_kernels(roots: Sequence[KernelFunction]) -> set[KernelFunction]:
 
 
 def _has_loops(function: KernelFunction) -> bool:
-    """Whether there is a loop in a kernel or in what it calls."""
+    """Whether there is a loop in a kernel or in its calls."""
     return any(isinstance(node, ast.For) for node in ast.walk(read_source(function).tree)) or any(
         map(_has_loops, _operations(function)[1])
     )
@@ -418,7 +419,7 @@ def _allocates(function: KernelFunction) -> bool:
 
 
 def _operations(function: KernelFunction) -> tuple[int, list[KernelFunction]]:
-    """How many operations and constants of records a kernel has itself, and what it calls, once for each place."""
+    """The number of operations and constants of records of a kernel itself, and its calls, once for each place."""
     own, called = 0, []
     for node in ast.walk(read_source(function).tree):
         own += isinstance(node, ast.BinOp | ast.Compare | ast.IfExp)

@@ -61,7 +61,7 @@ def _cmake(api: CApi, sources: str, tests: str) -> str:
 
 
 def write(config: ExportConfig, folder: Path, arduino: bool = False) -> list[Path]:
-    """Writes an export into a folder, which is made if it is not there; returns what was written.
+    """Writes an export into a folder, which is made if it is not there; returns the paths.
 
     Raises:
         LevelheadError: a kernel cannot be translated, or the folder cannot be written.
@@ -70,7 +70,7 @@ def write(config: ExportConfig, folder: Path, arduino: bool = False) -> list[Pat
 
 
 def write_package(config: ExportConfig, folder: Path) -> list[Path]:
-    """Writes a package for npm, as a folder of the filter's name; returns what was written.
+    """Writes a package for npm, as a folder of the filter's name; returns the paths.
 
     Raises:
         LevelheadError: as ``write``, or there is no clang for WebAssembly.

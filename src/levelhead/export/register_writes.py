@@ -15,7 +15,7 @@ class Write(NamedTuple):
 
 
 class WriteRecorder(Port):
-    """Stands in place of a bus and notes what a driver writes; all that it reads is 0.
+    """Stands in place of a bus and records the writes of a driver; all that it reads is 0.
 
     Attributes:
         writes: so far.

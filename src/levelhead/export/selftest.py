@@ -1,4 +1,4 @@
-"""The self-test: a C program that feeds the filter with a vector and compares what comes out with what Python got."""
+"""The self-test: a C program that feeds the filter with a vector and compares its output with Python's."""
 
 import math
 from collections.abc import Iterable

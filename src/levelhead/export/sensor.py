@@ -77,7 +77,7 @@ def prior_start(config: ExportConfig) -> str:
 
 
 def learned_errors(config: ExportConfig) -> tuple[str, dict[str, object]]:
-    """The fields of what a filter has learned of its sensor, and the gaps of the function that reads them."""
+    """The fields of a filter's calibration, and the gaps of the function that reads them."""
     if config.flt.calibration is None:
         return "", {}
     fields, calls = [], []
@@ -111,7 +111,7 @@ def about(config: ExportConfig) -> str:
         lines.append("The errors of this sensor are subtracted from its readings (filter.errors):")
         lines += _words(config.calibration)
     if config.prior is not None:
-        lines.append("It starts with what an earlier run has learned of this sensor:")
+        lines.append("It starts with the calibration of this sensor by an earlier run:")
         lines += _words(config.prior)
     folded = [part for line in lines for part in textwrap.wrap(line, WIDTH, subsequent_indent=" " * 8)]
     return "".join([" *\n", *(f" * {escape(line)}\n" for line in folded)]) if lines else ""

@@ -46,7 +46,7 @@ class Source:
     text: str
 
     def refuse(self, node: ast.AST, what: str) -> LevelheadError:
-        """The error for what is outside of the language, with file and line."""
+        """The error for code outside of the language, with file and line."""
         line = self.first + getattr(node, "lineno", 1) - 1
         return LevelheadError(f"{self.function.__code__.co_filename}:{line}: {what}")
 
@@ -56,7 +56,7 @@ def read_source(function: KernelFunction) -> Source:
     """The source of a kernel.
 
     Raises:
-        LevelheadError: there is none, as for what was typed into a Python prompt.
+        LevelheadError: there is none, as for code typed into a Python prompt.
     """
     try:
         lines, first = inspect.getsourcelines(function)
@@ -87,7 +87,7 @@ def constant(function: KernelFunction, test: ast.expr) -> bool | None:
 
 
 class _BranchPruner(ast.NodeTransformer):
-    """Leaves out what a constant condition rules out."""
+    """Leaves out the code that a constant condition excludes."""
 
     def __init__(self, function: KernelFunction) -> None:
         self._function = function

@@ -39,7 +39,7 @@ class VectorRow(NamedTuple):
 
 
 class AxisRow(NamedTuple):
-    """A pair, whether it is taken, and what the filter reports after it."""
+    """A pair, whether it is taken, and the filter's report after it."""
 
     level: float
     rate: float

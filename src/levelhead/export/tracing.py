@@ -1,4 +1,4 @@
-"""From a kernel's syntax tree to a graph: records fall apart into numbers, and calls become what they compute.
+"""From a kernel's syntax tree to a graph: records fall apart into numbers, and calls become their operations.
 
 A kernel that many places call, or that few samples reach, stays a call (``procedures`` decides). Its records are
 passed by their place, and those that it returns are written there; a value of before that is read later is loaded in
@@ -61,7 +61,7 @@ class KernelFrame:
 
     source: Source
     variables: dict[str, Value]
-    pending: list[frozenset[str]] = field(default_factory=list)  # what is read behind the branches around
+    pending: list[frozenset[str]] = field(default_factory=list)  # names that are read behind the branches around
 
     @property
     def function(self) -> KernelFunction:
@@ -78,10 +78,10 @@ class Tracer:
 
     Args:
         callees: its callees.
-        read_only: the parameters at places where nothing may be put, because they are not what is returned.
+        read_only: the parameters at places without stores, because they are not the result.
 
     Attributes:
-        graph: what it makes.
+        graph: its result.
     """
 
     def __init__(self, callees: Callees, read_only: frozenset[str] = frozenset()) -> None:
@@ -205,7 +205,7 @@ class Tracer:
         if not isinstance(node.target, ast.Name):
             raise frame.source.refuse(node, "a loop counts one variable")
         if any(isinstance(inner, ast.Return) for inner in ast.walk(node)):
-            raise frame.source.refuse(node, "a loop that returns; keep what it found in a variable")
+            raise frame.source.refuse(node, "a loop that returns; keep its result in a variable")
         given = [self._number(part, frame) for part in call.args]
         if any(bound.kind != INT for bound in given):
             raise frame.source.refuse(node, "a bound of range must be int")
@@ -229,7 +229,7 @@ class Tracer:
         loop = Loop(bounds, outside, counter)
         counter.content, body = loop, Items(loop)
         loop.arms = (body,)
-        pairs: list[tuple[Operand, Operand]] = []  # a carried number, and what it is before
+        pairs: list[tuple[Operand, Operand]] = []  # a carried number, and its value before
 
         def carry(value: Value, name: str) -> Value:
             if isinstance(value, Record):
@@ -319,7 +319,7 @@ class Tracer:
 
     def _on_Expr(self, node: ast.Expr, frame: KernelFrame) -> None:
         if isinstance(node.value, ast.Call) and is_kernel(frame.resolve(node.value.func)):
-            self._call_kernel(node.value, frame)  # for what it writes into memory
+            self._call_kernel(node.value, frame)  # for its writes into memory
         elif not isinstance(node.value, ast.Constant):
             raise frame.source.refuse(node, "an expression whose value is not used")
 
@@ -568,7 +568,7 @@ def describe(value: Value | None) -> str:
 
 
 def _reads_array(item: Item) -> bool:
-    """Whether an item reads elements, by itself or in what it calls."""
+    """Whether an item reads elements, by itself or in its calls."""
     if isinstance(item, Call):
         return any(node.kind == ARRAY for node in item.arguments)
     if isinstance(item, Branch | Loop):

@@ -90,7 +90,7 @@ def module_of(flt: Filter) -> str:
 
 
 def resolve(choice: FilterChoice) -> Params:
-    """A Params object from what people give: a Params object, its class, or a name."""
+    """A Params object from any way to name a filter: a Params object, its class, or a name."""
     if isinstance(choice, str):
         return find(choice).params()
     for flt in ALL:

@@ -1,4 +1,4 @@
-"""AccelTilt: the liar that jitters. Roll and pitch of every single accelerometer sample, yaw 0."""
+"""AccelTilt: the accelerometer alone, which jitters. Roll and pitch of every single accelerometer sample, yaw 0."""
 
 from math import inf
 from typing import NamedTuple

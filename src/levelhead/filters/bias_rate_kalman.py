@@ -63,7 +63,7 @@ class Report(NamedTuple):
 
 
 class State(NamedTuple):
-    """The attitude, bias (rad/s) and its rate in the sensor frame, P of each axis in radians, and what was wrong."""
+    """The attitude, bias (rad/s) and its rate in the sensor frame, P of each axis in radians, and health."""
 
     quat: Quat
     bias: Vec3
@@ -181,7 +181,7 @@ def init(params: BiasRateKalman, gyr: Vec3, acc: Vec3, mag: Vec3) -> State:
 
 @kernel
 def step(params: BiasRateKalman, state: State, gyr: Vec3, acc: Vec3, mag: Vec3, dt: float) -> State:
-    """Eqs. 1 to 3 on each axis; the attitude is turned as a whole, and what is learned is added in the sensor frame."""
+    """Eqs. 1 to 3 on each axis; the attitude is turned as a whole, the bias is corrected in the sensor frame."""
     running = 0.0 if dt > GAP_SECONDS else dt
     mean_bias = add(state.bias, scale(state.bias_rate, 0.5 * running))
     attitude = quat.integrate(state.quat, sub(gyr, mean_bias), dt)

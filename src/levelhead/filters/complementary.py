@@ -1,12 +1,12 @@
-"""Complementary: the gyroscope for what is fast, the accelerometer (and magnetometer) for what is slow.
+"""Complementary: the gyroscope for fast changes, the accelerometer (and magnetometer) for slow ones.
 
 One axis, with α = τ/(τ + dt):
 
     angle ← α (angle + rate·dt) + (1 − α) measured angle                                                        (1)
           = predicted angle + (1 − α) (measured angle − predicted angle)
 
-which low-passes the measured angle and high-passes the integrated rate at the same corner 1/(2πτ). τ is what is
-stored: α alone would mean another filter at every sample rate.
+which low-passes the measured angle and high-passes the integrated rate at the same corner 1/(2πτ). τ is stored: α alone
+would mean another filter at every sample rate.
 
 An IMU, with the weight w = dt/(min(τ, age) + dt) in place of 1 − α, on the sphere in place of the circle:
 
@@ -16,8 +16,8 @@ An IMU, with the weight w = dt/(min(τ, age) + dt) in place of 1 − α, on the 
 
 with φ n the shortest turn that brings the measured specific force up (``kernels/slerp.py`` has it in full). The force
 is averaged in the earth frame, where accelerations that change their sign cancel, and no attitude is singular. ``age``
-counts from a gap, and for heading from the first field measured, so that what is new begins as a running mean. Tilt
-starts as in eq. 1, which believes the first sample.
+counts from a gap, and for heading from the first field measured, so a new estimate begins as a running mean. Tilt
+starts as in eq. 1, which copies the first sample.
 """
 
 from typing import TYPE_CHECKING, Annotated, NamedTuple, Self

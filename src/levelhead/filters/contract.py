@@ -1,7 +1,9 @@
 """A filter is data: parameters that explain themselves, pure functions, and facts.
 
-    class Kalman(NamedTuple):                       what a human sets; each field an Annotated[float, Param(...)]
-    class State(NamedTuple):                        what goes from sample to sample; floats and NamedTuples of floats
+    class Kalman(NamedTuple):                       the numbers that a person sets; each field an Annotated[float,
+    Param(...)]
+    class State(NamedTuple):                        the numbers that go from sample to sample; floats and NamedTuples of
+    floats
     init(params, gyr, acc, mag) -> State            start from the first sample
     step(params, state, gyr, acc, mag, dt) -> State
     output(params, state) -> Output                 orientation, bias, σ and health of a state
@@ -21,7 +23,7 @@ from levelhead.kernels.quat import Quat
 from levelhead.kernels.vec3 import Vec3
 
 FilterState = Tree  # the state of a filter: a NamedTuple that every filter defines for itself
-AxisReport = Tree  # a NamedTuple of floats, or of arrays: level, rate, bias, and what else an axis filter estimates
+AxisReport = Tree  # a NamedTuple of floats, or of arrays: level, rate, bias, and further estimates of an axis filter
 
 
 class NavState(NamedTuple):
@@ -50,7 +52,7 @@ class Gains(NamedTuple):
     """
 
     tilt: float  # share of a tilt innovation that turns the attitude, 0 to 1
-    tilt_bias: float  # what it takes off the bias, (rad/s)/rad, not negative; 0 without a bias state
+    tilt_bias: float  # its correction of the bias, (rad/s)/rad, not negative; 0 without a bias state
     heading: float
     heading_bias: float
 
@@ -73,7 +75,7 @@ class Schedule(NamedTuple):
 
 
 class Inflation(NamedTuple):
-    """How a filter's uncertainty is enlarged by what was not measured: each adds a variance, the first two in rad².
+    """How a filter's uncertainty grows with an unmeasured motion: each adds a variance, the first two in rad².
 
     A covariance grows by it; a running mean of the readings starts again.
     """
@@ -103,7 +105,7 @@ class AxisFilter(NamedTuple):
     init: KernelFunction  # (params, level) -> state
     step: KernelFunction  # (params, state, level, rate, dt, period) -> state
     read: KernelFunction  # (state) -> report
-    report: type  # NamedTuple of floats: level, rate (bias-free), bias, and what else the filter estimates
+    report: type  # NamedTuple of floats: level, rate (bias-free), bias, and further estimates
 
 
 class SelfCalibration(NamedTuple):
@@ -157,7 +159,7 @@ class Filter(NamedTuple):
     step: KernelFunction
     output: Callable[..., Output]
     estimates: frozenset[str]  # of "tilt", "heading", "bias", "sigma"
-    uses: frozenset[str]  # of "gyr", "acc", "mag": what it runs on; the start takes tilt and heading from what there is
+    uses: frozenset[str]  # of "gyr", "acc", "mag": its inputs; the start takes tilt and heading from the present ones
     citation: str
     settles: Settling
     gains: Callable[..., Gains] | None = None  # (params, state, dt) -> Gains, for filters without a σ of their own
@@ -165,7 +167,7 @@ class Filter(NamedTuple):
     at_rest: KernelFunction | None = None  # (params, state) -> state: the guard has found the sensor at rest
     schedule: Schedule | None = None
     aiding: Aiding | None = None
-    handles: frozenset[str] = frozenset()  # of "bias", "field": what it estimates itself, so that the guard does not
+    handles: frozenset[str] = frozenset()  # of "bias", "field": its own estimates, which the guard leaves to it
     axis: AxisFilter | None = None
     with_known_bias: KernelFunction | None = None  # (params, sigma) -> params: bias subtracted, 1σ left in rad/s
     with_known_field: KernelFunction | None = None  # (params, µT, degrees) -> params: strength and dip of the place

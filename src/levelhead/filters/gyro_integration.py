@@ -1,4 +1,4 @@
-"""GyroIntegration: the liar that drifts. Attitude by integrating the rate alone, from the first sample's tilt."""
+"""GyroIntegration: the gyroscope alone, which drifts. Its rate is integrated from the first sample's tilt."""
 
 from math import inf
 from typing import NamedTuple

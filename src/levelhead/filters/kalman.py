@@ -69,7 +69,7 @@ class Noise(NamedTuple):
 
 
 class State(NamedTuple):
-    """The attitude, the bias (rad/s, sensor frame), the covariance of each axis in radians, and what was wrong."""
+    """The attitude, the bias (rad/s, sensor frame), the covariance of each axis in radians, and health."""
 
     quat: Quat
     bias: Vec3

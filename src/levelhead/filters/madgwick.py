@@ -22,8 +22,8 @@ turns by the rotation vector
 A step of fixed length jumps to and fro about the minimum, so k is at most 1/n with n sensors. That is one over the
 largest curvature of Σ ½|ŝ − s|² over ρ, and never leads uphill. Beyond a right angle (A) fades though the error grows,
 and with both sensors there are false minima. While up is wrong by that much, gravity alone pulls, with a unit vector: a
-field does not show north while down is mistaken for up. While north is, the field pulls about the vertical, with a
-unit vector.
+field does not show north while the estimate of up points down. While north is, the field pulls about the vertical, with
+a unit vector.
 
 The gradient is taken at the attitude that the gyroscope predicts. The report takes it at the attitude of the sample
 before, ω dt behind the measurement: at 100 Hz and 5 rad/s it would pull 3° back for ever.

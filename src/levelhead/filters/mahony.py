@@ -1,4 +1,4 @@
-"""Mahony: the explicit complementary filter, a PI controller that pulls the attitude towards what the sensors see.
+"""Mahony: the explicit complementary filter, a PI controller that pulls the attitude towards the measured directions.
 
 Unit vectors v_i as measured and v̂_i = R̂ᵀ v₀ᵢ as the attitude expects them, all in the sensor frame:
 
@@ -12,15 +12,15 @@ and v₀₁ = up; v₂ is the horizontal part of the magnetic field with k₂ = 
     v₂ × v̂₂ = sin δ · up,   sin δ = h_x/√(h_x² + h_y²),   h = R̂ m                                              (4)
 
 where δ is how far the field misses north: a magnet turns heading, never the horizon. With ``whole_field`` v₂ is the
-whole field and v₀₂ = (0, √(h_x² + h_y²), h_z), which is what most programs do.
+whole field and v₀₂ = (0, √(h_x² + h_y²), h_z), as in most programs.
 
 In discrete time the attitude first turns with the gyroscope, exactly, and then by the share of ω_mes that a first-order
 low-pass of the same corner takes, so that no interval is too long:
 
     ρ = K v₁ × v̂₁ + K₂ v₂ × v̂₂,   K = dt/(1/k_P + dt),   K₂ = dt/(1/(k_P k_mag) + dt)                           (5)
 
-While the filter is younger than those time constants K and K₂ are those of a running mean, and the bias waits: what
-pulls then is the start's error, not the gyroscope's. Against wind-up every axis of the bias stays within
+While the filter is younger than those time constants K and K₂ are those of a running mean, and the bias waits: the
+correction is then due to the start's error, not the gyroscope's. Against wind-up every axis of the bias stays within
 ±max_bias, and from a pull that such a bias could not cause nothing is learned:
 
     k_P k_i |v_i × v̂_i| < max_bias                                                                            (6)

@@ -81,7 +81,7 @@ class Params(Protocol):
     def _replace(self, *args: Any, **kwargs: Any) -> Self: ...  # Any: each class has keywords of its own
 
 
-FilterChoice = Params | type[Params] | str  # what chooses a filter: its parameters, their class, or its name
+FilterChoice = Params | type[Params] | str  # the choice of a filter: its parameters, their class, or its name
 
 
 class Derived(NamedTuple):
@@ -273,7 +273,7 @@ def _read_derived(derived: Derived, params: Params) -> float:
 
 
 def _repr(self: Params) -> str:
-    """Only what differs from the defaults, as one would type it."""
+    """Only the parameters that differ from the defaults, as one would type them."""
     changed = [f"{k}={v:g}" if not isinstance(v, bool) else f"{k}={v}" for k, v in self._asdict().items()
                if v != self._field_defaults.get(k)]  # fmt: skip
     return f"{type(self).__name__}({', '.join(changed)})"

@@ -50,7 +50,7 @@ class RollPitchKalman(NamedTuple):
 
 
 class State(NamedTuple):
-    """The attitude, biases (rad/s), covariance blocks, seconds that yaw has coasted, and what was wrong."""
+    """The attitude, biases (rad/s), covariance blocks, seconds that yaw has coasted, and health."""
 
     quat: Quat
     bias: Vec2

@@ -6,8 +6,8 @@ tilt-compensated compass of the application notes,
     φ = atan2(a_y, a_z),   θ = atan2(−a_x, √(a_y² + a_z²))                                                      (3)
     ψ = atan2(m_x cos θ + (m_y sin φ + m_z cos φ) sin θ,  m_y cos φ − m_z sin φ)                                (4)
 
-without their angles: the same attitude, also at θ = ±90°. With the field first, the field's direction is believed fully
-and gravity only turns the attitude about it. That needs the field's dip, which is a matter of the place.
+without their angles: the same attitude, also at θ = ±90°. With the field first, the attitude has the field's direction
+exactly, and gravity only turns it about that direction. That needs the field's dip, which is a matter of the place.
 """
 
 from typing import Annotated, NamedTuple

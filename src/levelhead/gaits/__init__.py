@@ -32,7 +32,7 @@ class Gait:
     Attributes:
         track: orientation, position and velocity of the sensor with their σ; position is zero at the start.
         standing: (n,) whether the foot stands at a sample.
-        strides: what is known of each stride.
+        strides: the facts of each stride.
     """
 
     track: Track

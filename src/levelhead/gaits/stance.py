@@ -27,7 +27,7 @@ from levelhead.units import GRAVITY
 LEAST_RATE = 50.0  # Hz: fewer samples do not show a stance
 LONGEST_SWING = 4.0  # s without a stance, after which position is off by metres
 ROUNDS = 20
-SHORTEST_SWING = 0.15  # s: what is shorter is a tremor of the foot that stands
+SHORTEST_SWING = 0.15  # s: a shorter one is a tremor of the foot that stands
 
 
 class Stance(NamedTuple):

@@ -9,8 +9,8 @@ which is the integral of ṁ + ω × (m − o) = 0. With R = (w, v) as a unit qu
     AᵀA = 4 (v·v 1 − v vᵀ),   Aᵀ e = e − R e                                                                    (2)
 
 A pair of readings ends when the sensor has turned by ``TURN``: AᵀA is then of order one, and a gyroscope's bias has had
-a second or two. Recursive least squares with a memory of ``MEMORY`` pairs and a prior that stays give o. It is believed
-only when pairs that it had not seen yet are explained by it much better than by no offset.
+a second or two. Recursive least squares with a memory of ``MEMORY`` pairs and a prior that stays give o. It is used
+only when it explains later pairs much better than no offset does.
 """
 
 from typing import NamedTuple
@@ -30,7 +30,7 @@ LONGEST = 2.0  # s of a pair: no wrong bias of the gyroscope makes 30° of it, b
 MEMORY = 100.0  # pairs
 KEEP = 1.0 - 1.0 / MEMORY
 PRIOR = 0.03  # of AᵀA: the offset is 0 along an axis about which nothing turns
-LEAK = PRIOR / MEMORY  # what the memory forgets of it
+LEAK = PRIOR / MEMORY  # the share of it that the memory loses
 PAIRS = 12.0  # at least, of an offset that is taken off
 GAIN = 6.0  # Σ |y|² over Σ |y − A o|², at least
 LEAST_SIGMAS = 4.0  # of its level part
@@ -111,7 +111,7 @@ def start_pair(iron: MagOffset, pair: Pair) -> MagOffset:
 
 
 @kernel
-def believe(iron: MagOffset) -> MagOffset:
+def accept(iron: MagOffset) -> MagOffset:
     """The offset is taken off from here on."""
     return MagOffset(
         pair=iron.pair, offset=iron.offset, information=iron.information, before=iron.before, left=iron.left,
@@ -176,7 +176,7 @@ def is_certain(guard: Guard, iron: MagOffset, variance: float, mag: Vec3) -> boo
 def end_pair(guard: Guard, iron: MagOffset, up: Vec3, mag: Vec3) -> MagOffset:
     """The offset after the pair that ends with this reading (µT); ``up`` is the vertical in the sensor frame.
 
-    What a pair is off counts by its variance with the offset as it is known so far, as the first pairs are far off.
+    The residual of a pair counts by its variance under the present offset, as the first pairs are far off.
     """
     first, turn = iron.pair.first, quat.normalize(iron.pair.turn)
     offset, information = iron.offset, iron.information
@@ -206,7 +206,7 @@ def end_pair(guard: Guard, iron: MagOffset, up: Vec3, mag: Vec3) -> MagOffset:
     )
     level = covariance.xx + covariance.yy + covariance.zz - dot(up, mat3.apply(covariance, up))
     variance = found.left / (3.0 * found.pairs) * level  # the vertical part does not turn heading
-    return found if iron.known or not is_certain(guard, found, variance, mag) else believe(found)
+    return found if iron.known or not is_certain(guard, found, variance, mag) else accept(found)
 
 
 @kernel

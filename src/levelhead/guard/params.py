@@ -17,7 +17,7 @@ class Guard(NamedTuple):
     bias_limit: Annotated[float, nonnegative("deg/s", "rest: a mean rate beyond is a turn", 0.5, 20.0)] = 15.0
     acc_gate: Annotated[float, nonnegative("m/s²", "accelerating: | |a| − g |, more than", 1.0, 300.0)] = 100.0
     acc_angle: Annotated[float, nonnegative("deg", "accelerating: and so far from the vertical", 1.0, 90.0)] = 20.0
-    acc_time: Annotated[float, nonnegative("s", "accelerating: believed again after", 0.1, 10.0)] = 2.0
+    acc_time: Annotated[float, nonnegative("s", "accelerating: used again after", 0.1, 10.0)] = 2.0
     mag_gate: Annotated[float, nonnegative("", "disturbed: norm off the learned one by this share", 0.02, 1.0)] = 0.1
     mag_angle: Annotated[float, nonnegative("deg", "disturbed: or dip off the learned one", 1.0, 90.0)] = 10.0
     mag_time: Annotated[float, nonnegative("s", "disturbed: after so long it counts", 1.0, 100.0)] = 20.0

@@ -2,7 +2,7 @@
 
 A bus that loses a bit gives one rate that is far off, and a filter integrates it. A rate that jumps is held back, and
 the last one replaces it. The next sample decides. If its rate is nearer to the one that was held back, the body did
-jump, and what was held back is returned with that rate, so that no rotation is lost.
+jump, and the difference is returned with that rate, so no rotation is lost.
 
 The accelerometer decides too. A body that changes its rate by Δω in dt turns with the acceleration Δω/dt. A sensor
 at the distance ``LEVER`` from the axis feels that as a change of its specific force
@@ -27,14 +27,14 @@ MOST_RETURN = 3.0  # times: a held rate lasts at most so much longer than the sa
 
 
 class Jump(NamedTuple):
-    """The last rate that was accepted (rad/s), and what was held back."""
+    """The last rate that was accepted (rad/s), and the difference that was held back."""
 
     rate: Vec3
     usual2: float  # (rad/s)², square of the largest change of late
     held: Vec3  # rad/s, by which the held rate is, or the last one that was held, beyond ``rate``
     held_time: float  # s that the held rate lasted; 0: none is held back
     returned: Vec3  # rad/s, that was held back of the sample before, as a rate of this one
-    spikes: int  # in a row until now: what was held back of the sample before was one
+    spikes: int  # in a row until now: the difference held back at the sample before was one
     force: Vec3  # m/s², the last specific force
 
 

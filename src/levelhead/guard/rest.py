@@ -1,4 +1,4 @@
-"""Is the sensor at rest, and what is its gyroscope bias then: the only place where that is decided.
+"""Rest of the sensor, and its gyroscope bias at rest: the only place where that is decided.
 
 Rate and specific force are averaged over short intervals. The sensor is quiet while these averages stay near their own
 slow means, and at rest once it has been quiet for ``rest_time`` with a mean rate that is not a steady turn. At rest the
@@ -20,7 +20,7 @@ from levelhead.units import DEGREE
 INTERVAL = 0.02  # s over which readings are averaged
 MEAN_TIME = 0.5  # s, time constant of the slow means
 FASTEST = 5.0  # the pace of rest of a sensor that does not move at all: noise may be a fifth of the bounds
-BIAS_CHANGE = (2.0 * DEGREE) * (2.0 * DEGREE)  # (rad/s)², by which a bias may differ from what is known of it
+BIAS_CHANGE = (2.0 * DEGREE) * (2.0 * DEGREE)  # (rad/s)², by which a bias may differ from the known one
 BIAS_TIME = 10.0  # s, time constant of the bias at rest
 
 
@@ -42,7 +42,7 @@ class SlowMeans(NamedTuple):
 
 
 class Rest(NamedTuple):
-    """For how long the sensor has been quiet, and what is known of it."""
+    """The time for which the sensor has been quiet, and its bias."""
 
     time: float  # s; of the first rest times its pace
     bias: Vec3  # rad/s, of the gyroscope, that was read off at rest
@@ -111,7 +111,7 @@ def update_means(guard: Guard, means: SlowMeans, sums: Sums, blind: bool) -> Slo
 
 @kernel
 def is_turn(guard: Guard, mean: Vec3, rest: Rest, own: Vec3) -> bool:
-    """Whether a steady mean rate (rad/s) is a turn and no bias: too large for any, or far from what is known of it.
+    """Whether a steady mean rate (rad/s) is a turn and no bias: too large for any, or far from the known one.
 
     ``own`` is the filter's own estimate beside that of ``rest``. A bias may be large when the gyroscope is switched on,
     but then hardly changes. A smaller rate than the known bias is accepted, as that may come from a steady turn.

@@ -1,4 +1,4 @@
-"""The doctor: examines a log and reports what is wrong with it, how sure that is, and what to do."""
+"""The doctor: examines a log and reports its problems, the certainty of each, and its cure."""
 
 import os
 from collections.abc import Callable, Iterator, Sequence

@@ -28,7 +28,7 @@ from levelhead.signals.turn_matrix import (
 )
 from levelhead.units import DEGREE
 
-FLOOR = 0.02  # 1σ of each number of M: scale errors of good sensors, and what no model has
+FLOOR = 0.02  # 1σ of each number of M: scale errors of good sensors, and errors beyond any model
 FOLLOWS = 0.6  # share of the turn that forces, or iron nearby, may mimic
 MIMICKED = 0.1  # the same for the filter, which averages over seconds
 CONTRARY = 25.0  # χ² of nine numbers, which one pair in 300 exceeds
@@ -38,15 +38,15 @@ MIN_SCALE_SIGMAS = 4.0  # σ by which a scale must differ from 0: no turn has no
 UNITS = (DEGREE, 1.0 / DEGREE)  # factors that people take one unit for another by
 UNIT_SIGMA = 0.01  # of such a factor, as a share of it
 BEYOND = 4000.0 * DEGREE  # rad/s: the widest range of gyroscopes in use (data sheet of the LSM6DSV)
-RARE, IMPOSSIBLE = 0.01, 60.0  # share of rates beyond it that are spikes; penalty of what leaves more of them there
+RARE, IMPOSSIBLE = 0.01, 60.0  # share of rates beyond it that are spikes; penalty of more of them
 CLEAR, LONG = 5.0, 3  # contrast below which segments LONG times as long are looked at: their velocities stay as small
 CANDIDATES = 3  # wirings that are fitted
-LIKELY = 6  # turns that are tried with a whole fit of what M does not explain
+LIKELY = 6  # turns that are tried with a whole fit of the residual of M
 UNLIKE = 0.3  # by which a number of M is off the identity's, from which other starts are tried
 SEARCHED = 12  # segments on which they are
 SCALES = (0.5, 2.0)  # that are tried besides the wirings
 ASKEW = 30.0 * DEGREE  # mountings about each axis that are tried too
-BASINS = 0.9  # of what the identity leaves, from which another wiring starts the fit
+BASINS = 0.9  # of the identity's residual: the limit below which another wiring starts the fit
 SHIFTED = 0.015  # s of delay, beyond which the fit is made again
 SLOW = 0.05  # s of delay, from which it may be a filter
 TREATMENTS = 4
@@ -60,8 +60,8 @@ class Seen(NamedTuple):
 
     Attributes:
         role: "acc" or "mag".
-        fit: the matrix and what goes with it.
-        weight: the inverse of its covariance, with what no model has, (9, 9).
+        fit: the matrix, its covariance and its evidence.
+        weight: the inverse of its covariance, with the errors beyond any model, (9, 9).
         contrast: how many times more is left where nothing is turned back.
         filtered: whether the delay is the time constant of a filter rather than time.
         segments: that were compared.
@@ -81,7 +81,7 @@ class Hypothesis(NamedTuple):
     Attributes:
         kind: "none", "scale", "axis_scale", "wiring", "mounting" or "matrix".
         role: the sensor at fault.
-        matrix: what its readings must be multiplied with to be right, (3, 3).
+        matrix: the factor that makes its readings right, (3, 3).
         chi: χ² of the matrices seen.
         penalty: for how seldom people do that, and for the numbers that were fitted.
         sigma: 1σ of the scale or angle that was fitted, rad; 0 for a wiring.
@@ -109,7 +109,7 @@ def look(role: str, seg: Segments) -> Seen:
         whole = other if other.left < BASINS * whole.left else whole
     whole, filtered = _without_delay(seg, whole, 1.0)
     contrast = nothing / max(whole.left, 1e-9)
-    floor = FLOOR + FOLLOWS / max(contrast**2 - 1.0, 1e-3)  # what is left over what the turn explains
+    floor = FLOOR + FOLLOWS / max(contrast**2 - 1.0, 1e-3)  # residual over the part that the turn explains
     covariance = whole.covariance + floor**2 * np.eye(9)
     weight = np.asarray(np.linalg.inv(covariance), dtype=np.float64)
     return Seen(role, whole, weight, contrast, filtered, seg)
@@ -224,7 +224,7 @@ def _minimum(seen: Sequence[tuple[Seen, Array]], basis: Array) -> tuple[float, A
 
 
 def _penalty(wiring: Array) -> float:
-    """More for what people do less often: one axis reversed 6, a swap 7, a cycle 8, all reversed 6, the rest 11."""
+    """More for rarer mistakes: one axis reversed 6, a swap 7, a cycle 8, all reversed 6, the rest 11."""
     magnitude, negative = np.abs(wiring), int((wiring < 0.0).sum())
     moved = int(3 - np.trace(magnitude))
     if moved == 0:

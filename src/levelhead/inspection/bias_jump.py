@@ -1,8 +1,8 @@
 """A step of the gyroscope's bias, between a part of a recording and the rest.
 
 ``ESKF`` learns the bias in each window of some seconds, beside one M (``learned_turn``) of the whole recording: forces
-average out over a window. Where the windows are not clear, the segments of ``turn_matrix`` show what gravity and the
-field turn.
+average out over a window. Where the windows are not clear, the segments of ``turn_matrix`` show the turn of gravity and
+of the field.
 """
 
 from collections.abc import Iterator, Sequence
@@ -167,7 +167,7 @@ def _make_jump(change: Array, covariance: Array, at: float) -> BiasJump:
 
 
 def _step_of_segments(seen: Sequence[Seen]) -> BiasJump | None:
-    """The clearest step between segments; found, taken out, and what is left of it added."""
+    """The clearest step between segments; found, taken out, and its remainder added."""
     if not seen:
         return None
     start = seen[0].segments.start

@@ -38,7 +38,7 @@ class RunEvidence:
 
     @cached_property
     def corrections(self) -> Array:
-        """(n, 3) rad, earth frame: the sum of what the filter has turned beside the gyroscope's rate, up to a sample.
+        """(n, 3) rad, earth frame: the sum of the filter's turns beside the gyroscope's rate, up to a sample.
 
         The rate is that which the driver integrates, less the bias estimated: behind the guard the mean of the
         interval's two readings, else the later one. Where it is missing or the interval is too long for it the

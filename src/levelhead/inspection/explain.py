@@ -30,7 +30,7 @@ class Explanation:
 
     Attributes:
         source: the log.
-        evidence: recording, the filter's track, the smoother's, and what was computed from them.
+        evidence: recording, the filter's track, the smoother's, and the numbers computed from them.
         symptoms: those found, in the order of ``symptoms.ALL``.
         others: findings of the doctor, notes left out, to which no symptom belongs.
     """
@@ -75,7 +75,7 @@ class Explanation:
 def explain(
     recording: Recording, params: FilterChoice | None = None, *, guard: Guard | None = None, source: str = ""
 ) -> Explanation:
-    """Runs a filter and the smoother over a recording and explains what the filter's track shows.
+    """Runs a filter and the smoother over a recording and explains the symptoms of the filter's track.
 
     Args:
         recording: 10 s or more.

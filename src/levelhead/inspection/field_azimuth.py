@@ -17,7 +17,7 @@ def expected_heading_error(recording: Recording, plain: Track) -> float | None:
 
     ``plain`` is a track of the same samples without the magnetometer: its frame is level and turns only with the drift
     of the gyroscope. There the azimuth of the field is constant, but for that drift, which is taken out as a straight
-    line, and for iron. A filter follows a part of what is left. The part was found on BROAD, tyrex and fiumarg, by the
+    line, and for iron. A filter follows a part of the rest. The part was found on BROAD, tyrex and fiumarg, by the
     likelihood of the errors (``benchmarks/reader/expectations.py``): 0.53 on all, 0.45 to 0.6 with whole sets left out.
     """
     if recording.mag is None:

@@ -17,14 +17,14 @@ class Finding:
     Attributes:
         name: a word for programs, such as "gyro_inverted".
         severity: "broken" (the orientation would be wrong), "warning" (it would be worse), "note".
-        what: what is so, with its size, in a sentence.
+        what: the fact, with its size, in a sentence.
         evidence: the numbers that show it.
         cure: what to do, a sentence; "" if there is nothing to do.
         rows: first and last row that it concerns, or None for all.
         value: the size as a number in ``unit``; None: it has none.
         interval: where the value lies with 95 %.
         unit: of the value; "" for a ratio.
-        mend: what would make the readings right; None: nothing that is known.
+        mend: a repair of the readings; None: no known one.
     """
 
     name: str
@@ -50,12 +50,12 @@ class Report:
 
     Attributes:
         source: the path.
-        recording: what was read; None if nothing could be.
+        recording: the readings; None if nothing could be read.
         findings: the worst first.
         verdict: one line.
         sigma_tilt, sigma_heading: expected errors of a fused track, deg; None where unknown.
         heading_drift: deg a minute without a magnetometer; None with one.
-        unknown: what this motion did not allow to be judged, sentences.
+        unknown: questions that this motion does not answer, sentences.
     """
 
     source: str

@@ -19,7 +19,7 @@ from levelhead.recording import Array, Recording
 TIMES = 5.0  # by which the density of the velocity is larger in the second run
 LEAST = 1e-3  # of the weight of the prior: the least that a recording shows
 LINEAR = 0.3  # largest number of S for which the first order of the filter holds
-MOVED = 2.0  # 1σ of what forces mimic, in changes of the states between the two densities
+MOVED = 2.0  # 1σ of the share that forces mimic, in changes of the states between the two densities
 
 
 class Learned(NamedTuple):
@@ -36,7 +36,7 @@ class Learned(NamedTuple):
         return Learned(sigma * mean, (axes / own) @ axes.T * np.outer(sigma, sigma))
 
     def with_prior(self, sigma: Array) -> Array:
-        """The numbers beside such a prior, (n,): what is not shown is near 0."""
+        """The numbers beside such a prior, (n,): a number that is not shown is near 0."""
         known = np.linalg.inv(self.covariance)
         made: Array = np.linalg.solve(known + np.diag(sigma**-2.0), known @ self.mean)
         return made

@@ -1,4 +1,4 @@
-"""The repaired recording as Parquet, with what was changed in its metadata."""
+"""The repaired recording as Parquet, with its changes in its metadata."""
 
 import json
 from pathlib import Path
@@ -19,7 +19,7 @@ SAME = 0.15  # by which the mends of a half and of the whole may differ
 
 
 def write_repaired(report: Report, path: Path) -> list[str]:
-    """Writes a report's recording with what can be mended mended, and returns the sentences of ``repair``.
+    """Writes a report's recording with its repairable faults mended, and returns the sentences of ``repair``.
 
     The reader's repairs (stamps, units, signs, columns) are in the recording already. Columns are t [s],
     gyr [rad/s], acc [m/s²], mag [µT]; the metadata "levelhead" holds the findings, the reader's notes and the changes
@@ -53,7 +53,7 @@ def write_repaired(report: Report, path: Path) -> list[str]:
 
 
 def repair(report: Report) -> tuple[Recording, list[str]]:
-    """The recording, mended, and what was changed or not, in sentences.
+    """The recording, mended, and the changes made or refused, in sentences.
 
     Signs, axes, scales, delays and iron are mended where it is proved: each half of the recording shows the fault, and
     its mend leaves less in the other half, on which nothing was fitted.
@@ -74,8 +74,8 @@ def repair(report: Report) -> tuple[Recording, list[str]]:
             continue
         recording = mend.apply(recording)
         changes.append(
-            f"mended: {one.what}; on the half of the recording that this was not found from, what gyroscope and "
-            f"{'field' if mend.role == 'mag' else 'gravity'} leave of each other is {better:.1f} times smaller"
+            f"mended: {one.what}; on the other half of the recording the residual between gyroscope and "
+            f"{'field' if mend.role == 'mag' else 'gravity'} is {better:.1f} times smaller"
         )
     return recording, changes
 
@@ -83,7 +83,7 @@ def repair(report: Report) -> tuple[Recording, list[str]]:
 def _gain(recording: Recording, mend: Mend) -> float | None:
     """How many times less a mend leaves in the half of a recording that it was not found from; None: too short.
 
-    The mend is found again, by its kind, in the other half. What is left is the smaller for the worse of both halves.
+    The mend is found again, by its kind, in the other half. The gain is that of the worse of both halves.
     """
     half = len(recording) // 2
     parts = (recording[:half], recording[half:])

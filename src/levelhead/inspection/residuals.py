@@ -1,4 +1,4 @@
-"""Findings of what the comparison of turns gives besides the matrix: delays, iron, a filter, a bias."""
+"""Findings of the comparison of turns beside the matrix: delays, iron, a filter, a bias."""
 
 from collections.abc import Iterator, Sequence
 
@@ -96,7 +96,7 @@ def examine_field_delay(field: Seen, gyroscope: float) -> Iterator[Finding]:
 
 
 def examine_iron(field: Seen, fault: Hypothesis | None) -> Iterator[Finding]:
-    """Whether iron turns with the magnetometer: what does not turn back with the gyroscope."""
+    """Whether iron turns with the magnetometer: the part of the field that does not turn back with the gyroscope."""
     soft = np.eye(3) + field.fit.shape  # mended later, so the iron is that in readings
     iron: Array = np.asarray(np.linalg.solve(soft, field.fit.iron), dtype=np.float64)
     strength = float(np.sqrt(((field.segments.vector - iron) ** 2).sum(axis=-1).mean()))

@@ -1,4 +1,4 @@
-"""Lines in the spectra: vibration of propellers and motors, and what folds back at half the sample rate."""
+"""Lines in the spectra: vibration of propellers and motors, and aliasing at half the sample rate."""
 
 from collections.abc import Iterator
 from typing import NamedTuple
@@ -57,7 +57,7 @@ def spectrum(values: Array, rate: float) -> Spectrum | None:
 
 
 def lines(found: Spectrum, least: float) -> list[SpectralLine]:
-    """Lines that stand out of their surroundings beyond what noise does, the strongest first.
+    """Lines that stand out of their surroundings further than noise does, the strongest first.
 
     The sum of a bin over ``segments`` periodograms of three axes is χ² with 6·segments degrees of freedom (half of that
     for the overlap); its quantile by Wilson and Hilferty, 1931.

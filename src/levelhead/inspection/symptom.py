@@ -10,7 +10,7 @@ from levelhead.open_types import JsonObject
 
 @dataclass(frozen=True)
 class Symptom:
-    """Something that a user sees in a track, where it comes from, and what to do.
+    """A visible fault of a track, its cause and its cure.
 
     Attributes:
         name: of its ``SymptomKind``.

@@ -177,7 +177,7 @@ def _scale(recording: Recording, fault: Hypothesis, evidence: str) -> Finding:
 
 
 def _cause(recording: Recording, interval: tuple[float, float]) -> str:
-    """Which known mistake has such a factor."""
+    """The known mistake with such a factor."""
     low, high = interval
     if low < 1.0 / DEGREE < high or low < DEGREE < high:
         return ": its unit is wrong"

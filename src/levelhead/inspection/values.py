@@ -137,7 +137,7 @@ def _stuck(recording: Recording, role: str, values: Array) -> Iterator[Finding]:
 
 
 def _likely(recording: Recording, role: str, axis: int) -> Array:
-    """(n,) what an axis would about read: what is left of 1 g, or the rate that the force's turn shows."""
+    """(n,) the expected reading of an axis: the rest of 1 g, or the rate that the force's turn shows."""
     acc = np.asarray(recording.acc)
     if role == "acc":
         rest = GRAVITY**2 - (np.delete(acc, axis, axis=1) ** 2).sum(axis=1)

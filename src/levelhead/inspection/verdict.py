@@ -36,8 +36,8 @@ class Expectation(NamedTuple):
 def expectation(recording: Recording, findings: Sequence[Finding]) -> Expectation:
     """The expected quality of a track fused from this recording.
 
-    A finding that carries what would mend it counts with the tilt between the tracks fused as it is and mended. Tilt
-    is at least what the forces show (``find_tilt_in_forces``), whatever its cause.
+    A finding with a repair counts with the tilt between the tracks fused with and without it. Tilt is at least that of
+    the forces (``find_tilt_in_forces``), whatever its cause.
     """
     plain = replace(recording, mag=None)  # tilt hardly depends on the field
     mended = plain

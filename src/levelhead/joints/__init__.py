@@ -63,7 +63,7 @@ def joint(
 
     Raises:
         LevelheadError: neither a Recording nor a Track, less than 5 s in common, ``zero`` outside of them, another
-            number of axes, or frames that are no rotations.
+            number of axes, or frames that are not rotations.
     """
     if axes not in (1, 2, 3) or (frames is not None and axes != 3):
         raise LevelheadError(f"axes is {axes!r}; expected 1, 2 or 3, and 3 with frames")

@@ -1,8 +1,8 @@
 """Gauss-Newton over the axes of a joint in both sensors and the heading of one sensor relative to the other.
 
-R(t) and S(t) are the orientations of the upper and the lower sensor, each with a heading of its own, δ(t) what the
-lower heading is ahead, j and k an axis in either sensor. A kind of joint states an error e(t) of them that its build
-makes 0 (``hinge``, ``two_axes``).
+R(t) and S(t) are the orientations of the upper and the lower sensor, each with a heading of its own, δ(t) the lead of
+the lower heading, j and k an axis in either sensor. A kind of joint states an error e(t) of them that its build makes 0
+(``hinge``, ``two_axes``).
 
 min Σ w|e|²/s² + Σ Δδ²/(HEADING_WALK² Δt) over j, k (two angles each), a further constant where the joint has one, and δ
 at knots, a line between them, with a random walk of ``HEADING_WALK`` as a prior. s² follows from the median of |e|², w

@@ -4,8 +4,8 @@ With f the specific force, ω the rate and r the position of the centre in a sen
 
     a(f, ω, r) = f + ω̇ × r + ω × (ω × r),    Rz(δ) R a(f_u, ω_u, r_u) = S a(f_l, ω_l, r_l)                      (4)
 
-(T. Seel, J. Raisch, T. Schauer, Sensors 14(4), 2014, section 3.2). For a given δ this is linear in both r. It tells a
-heading from the opposite one where an axis that stays level does not.
+(T. Seel, J. Raisch, T. Schauer, Sensors 14(4), 2014, section 3.2). For a given δ this is linear in both r. It
+distinguishes a heading from the opposite one, also where an axis that stays level does not.
 """
 
 import math
@@ -50,7 +50,7 @@ def centre_cost(t: Array, upper: Array, lower: Array, recordings: tuple[Recordin
 
 
 def _at(t: Array, recording: Recording) -> tuple[Array, Array]:
-    """(n, 3) m/s² and (n, 3, 3) s⁻², what multiplies r in (4), at the stamps ``t``."""
+    """(n, 3) m/s² and (n, 3, 3) s⁻², the factor of r in (4), at the stamps ``t``."""
     readings = np.concatenate([recording.gyr, recording.acc], axis=1)
     gyr, acc = np.split(np.stack([np.interp(t, recording.t, one) for one in readings.T], axis=1), 2, axis=1)
     cross = cross_matrix(gyr)

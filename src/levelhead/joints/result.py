@@ -59,7 +59,7 @@ class Joint:
 
     @property
     def fault(self) -> str:
-        """A sentence on why the angle cannot be trusted; "" where it can."""
+        """The reason for which the angle is doubtful, in a sentence; "" where it can."""
         if self.fit.referenced:
             return ""
         spread = float(np.degrees(self.fit.spread))

@@ -1,7 +1,7 @@
 """A joint of two axes, such as an elbow: one axis is fixed to the upper segment, the other to the lower one.
 
 With j the first axis in the upper sensor and k the second one in the lower sensor, R, S and δ as in ``axes_fit``, the
-angle between both axes stays what the joint's build makes it (D. Laidig, P. Müller, T. Seel, Current Directions in
+angle between both axes is constant by the joint's build (D. Laidig, P. Müller, T. Seel, Current Directions in
 Biomedical Engineering 3(2), 2017):
 
     e(t) = arcsin((Rz(δ) R j) · (S k)) − β = 0                                                                  (2)

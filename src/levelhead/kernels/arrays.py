@@ -1,4 +1,4 @@
-"""Fixed-size memory inside a filter's state: what is too large for a NamedTuple of numbers.
+"""Fixed-size memory inside a filter's state: rows that are too large for a NamedTuple of numbers.
 
 A kernel sees a row of floats that it reads and writes by a whole number. In plain Python it is a list, which is indexed
 several times faster than a NumPy array; compiled it is an array of float64; in C it becomes a member of a struct. It

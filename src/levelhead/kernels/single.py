@@ -1,8 +1,8 @@
 """Numbers that mean another one in single precision.
 
 Nearly every constant of a kernel is a quantity, and is rounded. These are facts about the arithmetic itself: how to
-round to a whole number, π/2 in parts whose products with whole numbers are exact, and below what a square has lost its
-digits. ``tests/export/test_single.py`` derives them.
+round to a whole number, π/2 in parts whose products with whole numbers are exact, and the size below which a square has
+lost its digits. ``tests/export/test_single.py`` derives them.
 """
 
 import struct

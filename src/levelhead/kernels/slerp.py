@@ -1,4 +1,4 @@
-"""An attitude moved towards what was measured: a share of the way on the unit quaternions' great circle.
+"""An attitude moved towards a measured direction: a share of the way on the unit quaternions' great circle.
 
 Slerp from q₀ to q₁ is exp(w log(q₁ q₀*)) q₀ (K. Shoemake, Animating Rotation with Quaternion Curves, SIGGRAPH 1985):
 the share w of one turn. Accelerometer and field measure different parts of an attitude, so each has a turn of its own,

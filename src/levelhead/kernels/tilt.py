@@ -23,7 +23,7 @@ STEEP2 = 0.04  # below this share of |a|² across the roll axis (pitch beyond 78
 
 @kernel
 def is_present(v: Vec3) -> bool:
-    """Whether a sensor is there: an absent one is the zero vector, and so is what is too short to have a direction."""
+    """Whether a sensor is there: an absent one, or one too short for a direction, is the zero vector."""
     x, y, z = v
     return x * x + y * y + z * z > NO_LENGTH
 

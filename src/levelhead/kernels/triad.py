@@ -7,8 +7,8 @@ Determination from Vector Observations, J. Guidance and Control 4(1), 1981) give
     t₁ = a/|a|,   t₂ = a × b/|a × b|,   t₃ = t₁ × t₂                                                            (1)
     R = t₁ᵉ t₁ᵀ + t₂ᵉ t₂ᵀ + t₃ᵉ t₃ᵀ                                                                             (2)
 
-with ᵉ in the earth frame; R turns sensor-frame vectors into the earth frame. The first vector is believed fully; of the
-second only the direction around the first counts.
+with ᵉ in the earth frame; R turns sensor-frame vectors into the earth frame. The attitude has the first vector exactly;
+of the second only the direction around the first counts.
 """
 
 from levelhead.compiler.mark import kernel

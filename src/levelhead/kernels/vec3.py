@@ -67,7 +67,7 @@ def norm(a: Vec3) -> float:
 
 @kernel
 def normalize(a: Vec3) -> Vec3:
-    """a/|a|; the zero vector (an absent sensor), and what is too short to have a direction, gives the zero vector."""
+    """a/|a|; zero for the zero vector (an absent sensor) and for one too short to have a direction."""
     x, y, z = a
     n = sqrt(x * x + y * y + z * z)
     if n > SHORTEST:

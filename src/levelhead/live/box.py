@@ -2,8 +2,8 @@
 
 Replay needs the rows of topic imu/samples; beside them stand the same readings as ROS 2 messages (``ros_messages``),
 which Foxglove, PlotJuggler and rerun decode. The node hands rows over and never waits; a thread writes them every
-quarter of a second, without chunks, so that what is written can be read whatever happens next, and asks the disk once a
-second to keep it.
+quarter of a second, without chunks, so that the written part can be read whatever happens next, and asks the disk once
+a second to keep it.
 """
 
 import json
@@ -34,7 +34,7 @@ from levelhead.sources.formats.blackbox import (
     SCHEMA,
 )  # fmt: skip
 
-EVERY = 0.25  # s between two writes: what a kill may lose; each one leaves the node's next tick a cold cache
+EVERY = 0.25  # s between two writes: the most that a kill may lose; each one leaves the node's next tick a cold cache
 SYNC = 1.0  # s between two requests to the disk, for when the power goes
 WAITING = 500_000  # rows that may wait for the disk
 LINEAR, EARTH = "/imu/linear_acceleration", "/imu/earth_acceleration"
@@ -84,7 +84,7 @@ class BlackBox:
         self._channels: dict[str, int] = {}
 
     def begin(self, config: ReadOnlyJson) -> None:
-        """Writes the configuration, and from here on what comes."""
+        """Writes the configuration, and all messages from here on."""
         self._run_safely(lambda: self._head(config))
         self._thread = threading.Thread(target=self._work, name="black box", daemon=True)
         self._thread.start()
@@ -105,7 +105,7 @@ class BlackBox:
         self._raw.flush()
 
     def sample(self, seq: int, stamp: int, sample: Sample, said: Orientation | None) -> None:
-        """A sample, and what was made of it; None: it was not fused."""
+        """A sample, and its orientation; None: it was not fused."""
         if len(self._rows) == WAITING:
             self.failure = f"the black box {self.path} ends here: the disk has not taken {WAITING} samples"
         self._rows.append((seq, stamp, sample, said))
@@ -172,7 +172,7 @@ class BlackBox:
         self._writer.add_message(self._channels[topic], stamp, data, stamp)
 
     def close(self) -> None:
-        """Writes what waits, and the end of the file; one that was never begun goes away."""
+        """Writes the waiting messages, and the end of the file; one that was never begun goes away."""
         if self._file.closed:
             return
         self._over.set()
@@ -205,7 +205,7 @@ def _pack_row(seq: int, stamp: int, sample: Sample, said: Orientation | None) ->
 
 
 class _Raw:
-    """A file that keeps what it is given until ``flush``, and then writes all of it, or fails: mcap takes a short write
+    """A file that keeps its bytes until ``flush``, and then writes all of them, or fails: mcap takes a short write
     for a whole one, and a system call for each part of a record would take most of the time."""
 
     def __init__(self, file: Untyped) -> None:

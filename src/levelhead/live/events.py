@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 from levelhead.open_types import JsonObject
 
 EVENTS = {
-    "started": "the node runs; data: source, rate, filter, parameters, guard, version, what the system does not allow",
+    "started": "the node runs; data: source, rate, filter, parameters, guard, version, rights that the system denies",
     "calibrating": "the node waits for a sensor at rest, and publishes no orientation yet",
     "calibrated": "the gyroscope's bias was measured at the start and is subtracted; data: bias in rad/s",
     "calibration_refused": "the sensor moved during the calibration, which begins again",

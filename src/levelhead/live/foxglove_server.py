@@ -106,7 +106,7 @@ class FoxgloveServer(NodeOutput):
         return self._foxglove.Parameter("ports", value=found)
 
     def set(self, changes: JsonObject) -> None:
-        """Asks the node for other parameters; what it refuses is a line of the log, and the old values go out again."""
+        """Asks the node for other parameters; a refusal is a line of the log, and the old values go out again."""
         try:
             self._set_params(**changes)
             self.params = self.params | {name: value for name, value in changes.items() if name in self.params}

@@ -208,7 +208,7 @@ class MavlinkPublisher(NodeOutput):
             self._seq += 1
             try:
                 self._socket.sendto(data, self._address)
-            except OSError:  # nobody listens there yet
+            except OSError:  # there is no listener yet
                 return
 
     def close(self) -> None:

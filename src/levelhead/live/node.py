@@ -35,7 +35,7 @@ from levelhead.version import VERSION
 
 BUDGET = 200e-6  # s for fusing, publishing and logging in one tick
 CHECK_INTERVAL = 0.25  # s between two checks of bus and black box
-REFRESH = 1.0  # s between two looks at what the filter has learned of its sensor, which takes 0.3 ms
+REFRESH = 1.0  # s between two looks at the filter's calibration, which takes 0.3 ms
 GIVE_UP = 10.0  # s without a sample
 NO_PARAMETERS = ("heading", "record")  # that ``set`` takes as well
 SOURCE_FAULTS = ("bus_error", "bus_stuck", "implausible", "unplugged", "wrong_chip")  # over when samples come
@@ -126,8 +126,8 @@ class Node:
         self.ticks = self.over_budget = 0
         self.reading, self.work, self.whole = LatencyHistogram(), LatencyHistogram(), LatencyHistogram()
         self._changes: deque[dict[str, float]] = deque()
-        self._lacking = ""  # what the system does not allow
-        self._refreshed = 0.0  # host time of the last look at what the filter has learned
+        self._lacking = ""  # rights that the system denies
+        self._refreshed = 0.0  # host time of the last look at the filter's calibration
         self._checked = 0.0  # host time of the last check of bus and black box
         self._began = self._closed = False
 
@@ -151,7 +151,7 @@ class Node:
     def set(self, **changes: float) -> None:
         """Changes the filter's parameters from the next tick on; may be called from any thread.
 
-        Two names are no parameters. ``heading`` turns the orientation to this yaw in degrees (``Stream.set_heading``),
+        Two names are not parameters. ``heading`` turns the orientation to this yaw in degrees (``Stream.set_heading``),
         as soon as there is one. ``record`` begins a black box (True) or ends it (False).
 
         Raises:
@@ -193,7 +193,7 @@ class Node:
         return self.figures()
 
     def begin(self, lacking: str = "") -> None:
-        """Starts the source; ``lacking``: what the system does not allow, for the event."""
+        """Starts the source; ``lacking``: the rights that the system denies, for the event."""
         self.source.start()
         self._began, self._lacking = True, lacking
         self.recorder.begin()
@@ -226,7 +226,8 @@ class Node:
         self.journal.note("late", f"{missed}: the next one came {1e3 * late:.1f} ms late")
 
     def tick(self, late: bool = False) -> None:
-        """Reads, fuses, publishes and logs what is new; after a missed tick only the newest orientation is published.
+        """Reads, fuses, publishes and logs the new samples; after a missed tick only the newest orientation is
+        published.
 
         Raises:
             SourceLost: the source was silent for too long.
@@ -326,7 +327,7 @@ class Node:
         return samples
 
     def _check(self, now: float) -> None:
-        """Reports what source, bus and black box had trouble with."""
+        """Reports the troubles of source, bus and black box."""
         for name, text in self.source.troubles():
             self.journal.note(name, text)
         if now - self._checked < CHECK_INTERVAL:
@@ -351,7 +352,7 @@ class Node:
         self.source.close()
 
     def figures(self) -> JsonObject:
-        """Samples, losses, how late ticks came, and what they took: for reading, for the work after it, as a whole."""
+        """Samples, losses, lateness and duration of ticks: for reading, for the work after it, as a whole."""
         return {
             "samples": self.samples,
             "lost": self.journal.counts.get("samples_lost", 0),

@@ -20,7 +20,7 @@ from levelhead.sources.hints import Hints, check
 from levelhead.sources.sensors.board import CHIPS, BoardSpec, assemble_board, open_board, parse_board
 from levelhead.sources.sensors.emulated import World, emulate_board
 
-REMOTE = ("phone", "phyphox", "ros2", "mavlink")  # what other programs and devices send
+REMOTE = ("phone", "phyphox", "ros2", "mavlink")  # streams of other programs and devices
 KINDS = ("emulated", "serial", *REMOTE, "replay", *CHIPS)
 REST = 8.0  # s at the beginning, so that the node can read off the bias
 PUT_DOWN = 24  # times that an emulated sensor is put down there, where it is for poses

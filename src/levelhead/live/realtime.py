@@ -38,7 +38,7 @@ def realtime_scheduling(realtime: bool) -> Iterator[str]:
     Args:
         realtime: whether to ask for real-time priority.
 
-    Gives "" or a sentence that names what is not allowed.
+    Gives "" or a sentence that names the denied right.
     """
     interval, collects = sys.getswitchinterval(), gc.isenabled()
     sys.setswitchinterval(SWITCH_INTERVAL)

@@ -24,7 +24,7 @@ class SafeState:
     """Decides when there is nothing to publish.
 
     Args:
-        source: what may fall silent.
+        source: the thing that may fall silent.
         journal: takes the events "silent" and "invalid".
         publish_invalid: publishes the last orientation as invalid; False: there is none.
         give_up: s without a sample after which ``check`` raises ``SourceLost``.

@@ -39,7 +39,7 @@ class SenderCheck:
         """The message in ``data``, or None where it is damaged, of another sender, or out of order.
 
         Args:
-            data: what came on the topic.
+            data: the messages on the topic.
             session: id of the session that sent it; "": not known.
         """
         try:
@@ -74,7 +74,7 @@ class SenderCheck:
             self.error = error
 
     def lose(self, node: int) -> None:
-        """The node is gone: the next one that speaks is believed."""
+        """The node is gone: the next one that publishes is followed."""
         with self._lock:
             if self._sender is not None and self._sender[0] == node:
                 self._sender = None

@@ -50,7 +50,7 @@ class SensorMotion:
     """Rate and specific force of each sample, as ``Track.angular_rate`` and ``Track.specific_force`` have them.
 
     Args:
-        stream: the filter; what it has learned of its sensor is taken at ``refresh``.
+        stream: the filter; its calibration is taken at ``refresh``.
         known: errors of the sensor that the stream corrects, or its prior.
     """
 
@@ -71,7 +71,7 @@ class SensorMotion:
         self._doubt = tuple(gyr), tuple(acc)
 
     def refresh(self) -> None:
-        """Takes what the filter has learned by now; its bias of the gyroscope comes with each sample."""
+        """Takes the filter's present calibration; its bias of the gyroscope comes with each sample."""
         found = self._stream.calibration
         if found is not None:
             self._use(found)

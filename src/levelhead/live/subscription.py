@@ -32,7 +32,7 @@ class Subscription:
     counts them). No reader ever holds up the node.
 
     Args:
-        topic: what is read.
+        topic: the topic.
         history: messages that may wait; None: the newest orientation, ``QUEUE`` messages of other topics.
         max_age: s; inf: orientations stay as the node published them, as a log needs it.
         age_of: s since the node took the sample of a message, where the clocks must be compared first
@@ -70,7 +70,7 @@ class Subscription:
         self.age = math.nan
         self.clock_offset = self.clock_uncertainty = 0.0 if age_of is None else math.nan
         self.closed = False
-        self.keep: Any = None  # what must live as long as the subscription
+        self.keep: Any = None  # an object that must live as long as the subscription
         self._failure: LevelheadError | None = None
         self._last: Orientation | None = None  # the last valid orientation that was read
         self._expires = math.inf  # monotonic time at which it stops being valid
@@ -88,7 +88,7 @@ class Subscription:
             self._ready.notify()
 
     def lose(self, node: int) -> None:
-        """The node is gone: what waits of it, and what was read last, are invalid."""
+        """The node is gone: its waiting messages, and the last one read, are invalid."""
         with self._ready:
             self._lost.add(node)
             if self._last is not None and self._last.node == node:
@@ -171,7 +171,7 @@ class Subscription:
         return message
 
     def _count_gap(self, message: Raw) -> None:
-        """Raw samples are numbered without gaps: what neither came nor was dropped here was lost on the way."""
+        """Raw samples are numbered without gaps: those that neither came nor were dropped here were lost."""
         with self._ready:
             dropped, self._dropped = self._dropped, 0
             if self._sequence is not None and self._sequence[0] == message.node:

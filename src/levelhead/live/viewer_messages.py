@@ -75,7 +75,7 @@ def _orientation(message: Orientation, time: JsonObject) -> Iterator[tuple[str, 
         "sigma": {"tilt": math.hypot(east, north), "heading": up},
         "bias": _xyz([math.degrees(rate) for rate in message.bias]), "health": message.health, "words": message.words,
     }  # fmt: skip
-    if message.valid:  # a viewer draws what it gets, and nothing old may look fresh
+    if message.valid:  # a viewer draws all messages, and an old one must not look fresh
         yield "/tf", {
             "timestamp": time, "parent_frame_id": WORLD, "child_frame_id": FRAME, "translation": none,
             "rotation": rotation,

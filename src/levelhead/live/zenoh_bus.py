@@ -97,7 +97,7 @@ class ZenohBus:
         self.commands.append(Command(changes, lambda text: query.reply(SET, text)))
 
     def _answer_clock(self, query: Untyped) -> None:
-        """The node's clock; the question brings what a reader could not keep up with."""
+        """The node's clock; the question brings the number of messages that a reader missed."""
         query.reply(CLOCK, TIME.pack(self._node, time.time_ns()))
         try:
             report = json.loads(bytes(query.payload))

@@ -65,7 +65,7 @@ class ParameterClient:
 
 
 class _NodeWatch:
-    """Compares clocks with the node, reports what the reader missed, and fails a reader that can get nothing."""
+    """Compares clocks with the node, reports missed messages, and fails a reader that can get nothing."""
 
     def __init__(self, session: Untyped, endpoint: str, certificates: Path | None) -> None:
         self._session, self._endpoint, self._certificates = session, endpoint, certificates
@@ -143,7 +143,7 @@ class _NodeWatch:
         check_handshake(self._endpoint, self._certificates)
         if is_reached(self._endpoint):
             raise LevelheadError(
-                f"what answers at {self._endpoint} is not a node that this reader understands: a node that runs with "
+                f"{self._endpoint} does not answer as a node that this reader understands: a node that runs with "
                 "--certificates is reached by tls/NAME:PORT and with certificates"
             )
 
@@ -159,7 +159,7 @@ def subscribe(
                 print(message.euler)
 
     The reader follows the node that it heard first (``SenderCheck``). The node need not run yet, may be restarted, and
-    need not know; late joiners get the last message at once. A node that is gone makes its last orientation invalid:
+    is not informed; late joiners get the last message at once. A node that is gone makes its last orientation invalid:
     at once where its process ends, and when ``max_age`` is over where its machine is cut off.
 
     Args:

@@ -53,8 +53,8 @@ def configuration(
         endpoint: where.
         listen: a node.
         certificates: folder with ca.pem, own.pem and own.key, for both sides of TLS.
-        readers: names in the certificates that may subscribe; nobody else may do anything. Empty: whoever has a
-            certificate of the same authority.
+        readers: names in the certificates that may subscribe; all else is denied. Empty: every holder of a certificate
+            of the same authority.
 
     Raises:
         LevelheadError: see ``check_endpoint``; or a certificate is missing.
@@ -94,7 +94,7 @@ def configuration(
 
 
 def _rules(readers: tuple[str, ...]) -> JsonObject:
-    """Nobody may do anything, but these may read the topics, and ask for the clock and for what late joiners missed."""
+    """All is denied, except that these may read the topics, and ask for the clock and for earlier messages."""
     reading = ["declare_subscriber", "declare_queryable", "liveliness_query", "declare_liveliness_subscriber"]
     late = ["@adv/**", "imu/**/@adv/**"]
     topics = {"permission": "allow", "key_exprs": ["imu/**", *late]}

@@ -38,7 +38,8 @@ def find_chip(name: str) -> Chip:
 
 
 def noise_verdict(model: NoiseModel, chip: Chip | None = None) -> list[str]:
-    """Sentences, the most important first: density beside data sheets, what shows, what would need longer.
+    """Sentences, the most important first: density beside data sheets, the visible noises, and those that need a longer
+    log.
 
     Args:
         model: from ``measure_noise``.
@@ -76,9 +77,9 @@ def _density(name: str, triad: TriadNoise, chip: Chip | None) -> str:
         theirs = sheets[chip.name]
         ratio = mine / theirs
         if 1.0 / AS_SAID <= ratio <= AS_SAID:
-            return f"{head}as the {chip.name}'s sheet says ({scale * theirs:g})"
+            return f"{head}as in the {chip.name}'s sheet ({scale * theirs:g})"
         word = "times" if ratio > 1.0 else "of"
-        return f"{head}{ratio:.2g} {word} what the {chip.name}'s sheet says ({scale * theirs:g})"
+        return f"{head}{ratio:.2g} {word} the density of the {chip.name}'s sheet ({scale * theirs:g})"
     ordered = sorted(sheets.items(), key=lambda pair: pair[1])
     same = [one for one, density in ordered if 1.0 / SAME <= mine / density <= SAME]
     if same:

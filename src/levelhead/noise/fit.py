@@ -32,7 +32,7 @@ FLICKER_SHARE = 2.0 * math.log(2.0) / math.pi
 RISE = 3.84  # of the sum at the ends of a 95 % interval: χ²(1)
 ROUNDS = 60
 FREQUENCIES = 6_000  # at which equation 3 is integrated
-MAX_FILTERED = 0.3  # s: a chip's low-pass filter shapes what is shorter, and nothing longer
+MAX_FILTERED = 0.3  # s: a chip's low-pass filter shapes shorter τ only
 CLEARLY = 6.63  # by which a sum is smaller with one number more, in one of 100 cases by chance: χ²(1)
 MIN_FACTORS = 32  # times as many samples as an averaging factor make the sum over them long
 MISFIT = 3.0  # mean squared misfit in σ from which the shortest τ is not of this model
@@ -86,7 +86,7 @@ class NoiseFit(NamedTuple):
 
 
 def freedoms(curve: AllanCurve, rows: NDArray[np.bool_], squares: Array) -> Array:
-    """(k,) ν at the τ in ``rows``, mixed by what share of σ² each noise has there."""
+    """(k,) ν at the τ in ``rows``, mixed by the share of σ² of each noise there."""
     parts = shapes(curve.tau[rows]) * squares
     share = parts / np.maximum(parts.sum(axis=1, keepdims=True), 1e-300)
     each = np.array([[degrees_of_freedom(kind, curve.count, int(m)) for kind in range(4)] for m in curve.factor[rows]])

@@ -159,7 +159,7 @@ class NoiseModel:
 
         Args:
             other: sensors whose scale factors, turn-on biases and full scales these keep; by default there are none of
-                these errors. The size of a bit is left out, because its noise is part of what was measured.
+                these errors. The size of a bit is left out, because its noise is part of the measured one.
         """
         other = Imu() if other is None else other
         parts = {name: _errors(one, getattr(other, name) or TriadErrors()) for name, one in self.triads.items()}
@@ -217,7 +217,7 @@ class NoiseModel:
             LevelheadError: no such file, or not such a file.
         """
         path = Path(path)
-        whole = read_json(path, FORMAT, "noise file", "what `levelhead noise LOG -o FILE` wrote")
+        whole = read_json(path, FORMAT, "noise file", "a file by `levelhead noise LOG -o FILE`")
         parts = {name: _read(path, name, whole.get(name)) for name in UNITS if name in whole or name != "mag"}
         try:
             numbers = float(whole["duration_s"]), str(whole["source"]), float(whole.get("recorded_s", 0.0))

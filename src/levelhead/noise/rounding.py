@@ -1,4 +1,4 @@
-"""The size of a sensor's bit, and what its rounding adds to white noise.
+"""The size of a sensor's bit, and the white noise that its rounding adds.
 
 Rounding to steps of Δ adds white noise of variance Δ²/12 (W. F. Sheppard, Proc. London Math. Soc. 29, 1898) as long as
 Δ is at most about 2.6 times the noise. Beyond that the rounded noise depends on where the mean lies between two steps.

@@ -2,7 +2,7 @@
 
 With u = T − T₀ the mean of a block of samples is b₀ + b₁ u + b₂ u² + b₃ u³ + n. The noise n of block i is white plus a
 random walk, C = s² I + q min(i, j), because a bias that walks looks like one that follows the temperature; without q, σ
-would be several times too small. s² and q come from differences of what is left, Var(n[i + L] − n[i]) = 2 s² + L q.
+would be several times too small. s² and q come from differences of the residuals, Var(n[i + L] − n[i]) = 2 s² + L q.
 Residuals whitened by C go to SciPy's ``least_squares`` with the losses of Huber and then of Cauchy, for which a block
 that was touched hardly counts.
 """
@@ -155,7 +155,7 @@ def fit_curve(u: Array, means: Array) -> Curve:
 
 
 def _solve(share: Array, means: Array, degree: int) -> tuple[Array, Array, Array]:
-    """Coefficients, their 1σ, and what is left, of means over shares of the largest |u|."""
+    """Coefficients, their 1σ, and the residuals, of means over shares of the largest |u|."""
     from scipy.optimize import least_squares
 
     matrix = np.power.outer(share, np.arange(degree + 1))

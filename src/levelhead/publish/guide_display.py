@@ -18,8 +18,8 @@ REDRAWN = 10.0  # times a second
 def guide_display(note: str = "") -> Iterator[Callable[[Instruction], None]]:
     """Gives a function that shows an instruction, on a terminal with a note below.
 
-    On a terminal: what to do, how long still, how much is done, which sides were up, what is not known yet. Elsewhere a
-    line for each instruction that is new.
+    On a terminal: the instruction, its time, the progress, the sides that were up, and the numbers that are missing.
+    Elsewhere a line for each instruction that is new.
     """
     if not sys.stderr.isatty():
         yield _Lines().show

@@ -1,4 +1,4 @@
-"""A progress bar for people: on stderr, only when that is a terminal, and only for what takes a while."""
+"""A progress bar for people: on stderr, only when that is a terminal, and only for long work."""
 
 import sys
 import threading
@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Protocol
 if TYPE_CHECKING:
     from rich.progress import Progress
 
-PATIENCE = 0.5  # s before a bar appears: what is done sooner needs none
+PATIENCE = 0.5  # s before a bar appears: shorter work needs none
 
 
 class ProgressReport(Protocol):

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 LINES = 18  # of a summary that is not verbose; the command adds two: the picture and the files written
 KINDS = 3  # of faults that it names
 NOTES = 2  # of the reader that it repeats
-ADVICE = {  # health bit -> what the user can do about it
+ADVICE = {  # health bit -> advice
     health.GYR_MISSING: "check the logger",
     health.ACC_MISSING: "check the logger",
     health.GAP: "check the logger: orientation is lost where the body turned in a gap",
@@ -193,7 +193,7 @@ def _guard(guard: Guard | None) -> str:
 
 
 def north_facts(track: Track) -> dict[str, object]:
-    """Where magnetic north lies, its 1σ, and what heading is relative to, for JSON."""
+    """The azimuth of magnetic north, its 1σ, and the reference of heading, for JSON."""
     reference = "start" if track.relative else "magnetic north" if track.declination is None else "true north"
     azimuth, sigma = (None, None) if track.north is None else map(math.degrees, track.north)
     return {"azimuth_deg": azimuth, "sigma_deg": sigma, "heading_relative_to": reference}

@@ -139,7 +139,7 @@ def _spans(t: Array, gyr: Array, mag: Array) -> tuple[Array, Array, Array, int] 
 
 
 def is_normalised(mag: Array) -> bool:
-    """Whether the length of (n, 3) readings is constant beyond what any sensor does."""
+    """Whether the length of (n, 3) readings is more constant than that of any sensor."""
     length = np.sqrt((mag * mag).sum(axis=1))
     length = length[np.isfinite(length)]
     return len(length) > 20 and float(np.ptp(length)) < _CONSTANT * float(length.mean())

@@ -27,7 +27,7 @@ class GravityTurn(NamedTuple):
     """The comparison of the gyroscope with the turn of gravity.
 
     Attributes:
-        scale: k in Δu = k · Σ −(ω × u) Δt: what one unit of the gyroscope is in rad/s.
+        scale: k in Δu = k · Σ −(ω × u) Δt: one unit of the gyroscope in rad/s.
         correlation: of the two sides, 0 to 1.
         turned: rms of Δu over the spans.
     """

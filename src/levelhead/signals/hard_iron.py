@@ -55,7 +55,7 @@ class HardIron(NamedTuple):
         )
 
     def explained(self, offset: Array) -> bool:
-        """Whether this offset is what was found."""
+        """Whether this offset explains the readings."""
         return float(np.linalg.norm(self.offset - offset)) < max(MIN_OFFSET * self.field, MIN_SIGMAS * self.sigma)
 
 

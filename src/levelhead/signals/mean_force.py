@@ -13,7 +13,7 @@ WINDOW = 1.0  # s; in which gravity must hold still
 _WINDOWS = 200  # that are looked at, at most
 _SMOOTH = 0.25  # s; over which noise of the rates cancels and motion does not
 STRIDES = 4.0  # s; over which the accelerations of a runner cancel
-_LEFT = (0.55, 1.2)  # what then is left, in g: 0.6 to 1.0 on runners, the least where full scale cuts steps off
+_LEFT = (0.55, 1.2)  # the rest, in g: 0.6 to 1.0 on runners, the least where full scale cuts steps off
 MIN_WINDOWS = 3  # windows of STRIDES
 
 
@@ -35,7 +35,7 @@ _NOTHING = Steadiness(0, 0.0, 0.0)
 
 
 def steadiness_of_gravity(t: Array, gyr: Array, acc: Array, away: float = 0.3) -> Steadiness:
-    """Compares rad/s with deg/s for (n, 3) ``gyr`` by what it makes of (n, 3) ``acc`` in m/s²; ``t`` (n,) s.
+    """Compares rad/s with deg/s for (n, 3) ``gyr`` by its rotation of (n, 3) ``acc`` in m/s²; ``t`` (n,) s.
 
     Over windows of one second the specific force, turned into the frame of the first sample, adds up to gravity: the
     accelerations of a hand or a drone cancel. With the wrong unit gravity smears instead. Windows in which the sensor
@@ -106,7 +106,7 @@ def _turned_sum(rotation: Array, acc: Array) -> Array:
 
 
 class MeanForce(NamedTuple):
-    """The mean specific force of windows, turned back into the frame of the middle of each: what is left is gravity.
+    """The mean specific force of windows, turned back into the frame of the middle of each: the rest is gravity.
 
     Attributes:
         length: m/s², of the mean over a window, (m,).

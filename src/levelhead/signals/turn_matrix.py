@@ -1,7 +1,7 @@
 """The 3×3 matrix between the gyroscope and the turn that gravity, or the field, shows; with its covariance.
 
 Over segments of some seconds the specific force f is turned into the frame of the segment's start by the rates
-M ω + b. With the right M what is left beside gravity is acceleration, whose integral, a velocity, stays bounded; the
+M ω + b. With the right M the rest beside gravity is acceleration, whose integral, a velocity, stays bounded; the
 velocity of a point that turns about a pivot r away is taken out. The fit by Gauss and Newton makes the rest small,
 after the straight line of each segment (gravity, first velocity) is taken out:
 
@@ -33,7 +33,7 @@ BLOCKS = 16  # values of a segment that are compared
 MIN_SEGMENTS = 5  # segments
 STEPS = 8  # of Gauss and Newton
 SETTLED = 1e-3  # share of the cost by which the last step changes it
-BIAS, ARM, IRON, DELAY = 0.1, 1.0, 1.0, 0.1  # rad/s, m, of the field's length, s: 1σ of what is expected
+BIAS, ARM, IRON, DELAY = 0.1, 1.0, 1.0, 0.1  # rad/s, m, of the field's length, s: 1σ of the expected sizes
 SOFT = 0.2  # 1σ of each number of S that is expected
 SHAPES: Array = np.array(
     [
@@ -68,7 +68,7 @@ class TurnMatrix(NamedTuple):
         left: the rms that is left: m/s of a force, the unit of the field.
         by_segment: the same of each segment, (m,).
         own_bias: b as each segment has it by itself, rad/s, (m, 3).
-        own_weight: their inverse covariances by what is left in it, (m, 3, 3).
+        own_weight: their inverse covariances by the residual in it, (m, 3, 3).
     """
 
     matrix: Array
@@ -346,7 +346,7 @@ def _normal(seg: Segments, state: _State, basis: Array) -> tuple[Array, Array]:
     """Gradient (m, p + 3 + q) and curvature, squared, of half the cost of each segment; q numbers are in ``more``."""
     m, p = seg.step.shape[1], len(basis)
     edges = _edges(len(seg.step))
-    # One number at a time with the samples last: what is summed is contiguous, and stays in the processor's cache
+    # One number at a time with the samples last: sums run over contiguous memory, and stays in the processor's cache
     rotation = np.ascontiguousarray(state.rotation.transpose(3, 2, 1, 0))
     step = np.ascontiguousarray(seg.step.T)
     rate = seg.rate.transpose(2, 1, 0) * step

@@ -2,7 +2,7 @@
 
 A velocity that is fixed to the body and turns with it is an acceleration that is constant in the body, and so is the
 tilt that it pretends: a bias of V Ω²/g (docs/explanation/self-calibration.md, eq. 21). Halfway the sensor turns over,
-and what was taken for a bias of a horizontal axis becomes one of heading.
+and a supposed bias of a horizontal axis becomes one of heading.
 """
 
 import numpy as np

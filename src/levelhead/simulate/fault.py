@@ -1,4 +1,4 @@
-"""Faults on top of any recording, real or simulated: what goes wrong, how much, when and for how long.
+"""Faults on top of any recording, real or simulated: its kind, size, start and duration.
 
 >>> from levelhead import simulate
 >>> simulate.parse_fault("acc_spikes=4@20+5")
@@ -20,7 +20,7 @@ from levelhead.simulate import fault_effects as effects
 from levelhead.simulate.noise import generator
 from levelhead.units import GRAVITY, factor
 
-MIN_DURATION = 20.0  # s of a recording that has room for a fault, and for what was before and comes after
+MIN_DURATION = 20.0  # s of a recording that has room for a fault, and for the time before and after it
 START, LONGEST_SHARE = 0.4, 0.3  # of the recording, by default
 NEW_RANGE = 0.6  # of the largest reading: a full scale that this motion exceeds
 NUMBER = r"(-?(?:\d+\.?\d*|\.\d+)(?:e[-+]?\d+)?)"
@@ -33,11 +33,11 @@ class FaultKind(NamedTuple):
 
     Attributes:
         name: as on the command line.
-        words: what goes wrong, for people.
+        words: its description, for people.
         unit: of its size.
         quantity: whose unit that is ("time", "gyr", "acc", "mag", "angle"), or "": it is SI or none.
         size: by default; a function where it depends on the recording.
-        effect: what it does.
+        effect: its change of the readings.
         length: s by default, but at most 30 % of the recording; infinite: it stays to the end.
     """
 
@@ -163,7 +163,7 @@ class Faulted:
     """A recording with a fault in it.
 
     Attributes:
-        recording: what the sensor wrote; its truth is that of the body, at the times at which it was measured.
+        recording: the sensor's readings; its truth is that of the body, at the times at which it was measured.
         fault: with all its numbers.
         rows: (n,) the row of the sound recording that each sample is.
         first, last: of ``recording``'s rows: from ``first`` to before ``last`` the fault lasts.
@@ -206,7 +206,7 @@ def apply_fault(recording: Recording, fault: Fault, seed: int = 0) -> Faulted:
 
     Args:
         recording: any; it stays as it is.
-        fault: what goes wrong.
+        fault: the kind, size and time.
         seed: zero or more; the same seed gives the same bits.
 
     Raises:

@@ -234,5 +234,5 @@ def scale_gyr(readings: Readings, window: Window, size: float, random: np.random
 
 
 def scale_acc(readings: Readings, window: Window, size: float, random: np.random.Generator) -> None:
-    """The accelerometer's numbers are ``size`` times what they should be, as g that are taken for m/s²."""
+    """The accelerometer's numbers are ``size`` times too large, as g read as m/s²."""
     readings.acc[window.inside] *= size

@@ -124,7 +124,8 @@ def motion(
         seed: zero or more.
         duration: s.
         rate: samples a second, Hz.
-        style: "hand", "walking", "drone", "robot" or "still" (which never sets off); what follows changes parts of it.
+        style: "hand", "walking", "drone", "robot" or "still" (which never sets off); later arguments change parts of
+            it.
         rotation: rms rates of roll, pitch and yaw in °/s, one number or three.
         rotation_band: lowest and highest frequency of the rotation in Hz.
         translation: rms acceleration to the east, north and up in m/s², one number or three.

@@ -1,4 +1,4 @@
-"""A sensor that is put down again and again and turned by hand in between: what a calibration by poses needs."""
+"""A sensor that is put down again and again and turned by hand in between: the motion of a calibration by poses."""
 
 import numpy as np
 

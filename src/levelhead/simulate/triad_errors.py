@@ -29,8 +29,8 @@ class TriadErrors:
             Gauss–Markov process, see ``noise.gauss_markov``.
         correlation_time: of that process, in s.
         random_walk: K in unit/√s, which is unit/s/√Hz (rate random walk): the bias wanders by σ = K·√t.
-        flicker_noise: B in unit of true flicker noise, without a correlation time: what an Allan plot of a real sensor
-            shows, where ``bias_instability`` is its stand-in with a finite model.
+        flicker_noise: B in unit of true flicker noise, without a correlation time: as in an Allan plot of a real
+            sensor; ``bias_instability`` is its substitute with a finite model.
         quantisation_noise: Q in unit·s: white noise of the integrated reading, whose Allan deviation is √3 Q/τ.
         scale_factor: 1σ of the scale factor error of each axis, a fraction (0.01 is one percent).
         misalignment: 1σ in rad of each of the six small angles by which the axes misalignment (cross-axis sensitivity).

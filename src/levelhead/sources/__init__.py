@@ -24,13 +24,13 @@ def read(
     a ROS bag, a node's black box (.mcap).
 
     Columns, delimiter and units are found from the file. The conclusions are in ``meta``: "notes" are sentences,
-    "ignored" lists the columns that nothing uses, "units" what the file was in, "t0" the seconds subtracted from stamps
-    that count from a date, "mag_unit" is "relative" for a magnetometer without unit.
+    "ignored" lists the unused columns, "units" those of the file, "t0" the seconds subtracted from stamps that count
+    from a date, "mag_unit" is "relative" for a magnetometer without unit.
 
     Args:
         path: the file.
-        map: which columns are what: ``{"t": ["time"], "gyr": ["gx", "gy", "gz"], "acc": …, "mag": …, "q": …}``; "q" is
-            the reference orientation in the order w, x, y, z. One name serves all axes if they share it. No names,
+        map: the column of each reading: ``{"t": ["time"], "gyr": ["gx", "gy", "gz"], "acc": …, "mag": …, "q": …}``; "q"
+            is the reference orientation in the order w, x, y, z. One name serves all axes if they share it. No names,
             ``{"mag": []}``, leave the quantity out. Columns without a header are called "1", "2", ….
         units: of quantities whose header has none, or a wrong one: ``{"gyr": "deg/s", "t": "ms"}``.
         counts: raw counts per unit: ``{"gyr": "131/deg/s", "acc": "16384/g"}``.
@@ -43,7 +43,7 @@ def read(
         A Recording in SI units (rad/s, m/s², µT, s); missing values are NaN.
 
     Raises:
-        LevelheadError: one sentence with what is wrong, the line or row, the column, and what would be right.
+        LevelheadError: one sentence with the fault, the line or row, the column, and the right input.
 
     >>> read("flight.csv", counts={"gyr": "131/deg/s", "acc": "16384/g"})  # doctest: +SKIP
     """

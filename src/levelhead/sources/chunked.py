@@ -43,7 +43,7 @@ class Chunks:
     """The recordings of one log, to be gone through once.
 
     Attributes:
-        head: its beginning, as ``read`` gives it; its ``meta`` has what was concluded.
+        head: its beginning, as ``read`` gives it; its ``meta`` has the conclusions.
         fraction: share of the file that has been given.
     """
 
@@ -134,7 +134,7 @@ def read_chunks(
     Args:
         path: a Parquet file, or text with one delimiter.
         rows: of a recording; None: ``ROWS``.
-        adjust: may change what was concluded.
+        adjust: may change the conclusions.
         hints: as for ``read``.
 
     Raises:

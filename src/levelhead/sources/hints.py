@@ -12,7 +12,7 @@ from levelhead.errors import LevelheadError, nearest
 from levelhead.open_types import JsonObject, ReadOnlyJson
 
 WIDTH = {"t": 1, "gyr": 3, "acc": 3, "mag": 3, "q": 4}
-QUANTITY = {"t": "time", "gyr": "gyr", "acc": "acc", "mag": "mag"}  # what has a unit, and its name in levelhead.units
+QUANTITY = {"t": "time", "gyr": "gyr", "acc": "acc", "mag": "mag"}  # name of its units
 MEANING = {"t": "time", "gyr": "gyroscope", "acc": "accelerometer", "mag": "magnetometer", "q": "reference quaternion"}
 
 
@@ -21,7 +21,7 @@ _V = TypeVar("_V")
 
 @dataclass(frozen=True)
 class Scale:
-    """How the numbers of one sensor become SI: value / divisor × factor, and what to call that in a sentence."""
+    """How the numbers of one sensor become SI: value / divisor × factor, and its name in a sentence."""
 
     factor: float
     name: str
@@ -179,7 +179,7 @@ def merge_hints(options: ReadOnlyJson, suggested: ReadOnlyJson) -> JsonObject:
 
 
 def check_options(options: ReadOnlyJson) -> Hints:
-    """``check`` of hints in a dictionary; what is absent is not given."""
+    """``check`` of hints in a dictionary; absent ones are not given."""
     return check(**{name: options.get(name) for name in ("map", "units", "counts", "rate", "sensor", "session")})
 
 

@@ -31,7 +31,7 @@ class ClockRule:
         rate: samples a second of a log without stamps.
         first_row: of such a log, the number of the first row.
         fraction: s that one number of a second column is.
-        repairs: names of what is done beside that; each needs the whole log.
+        repairs: names of the further repairs; each needs the whole log.
         session: part that is read of a clock that begins again, from 1; None: the longest.
     """
 
@@ -191,7 +191,7 @@ class Interpretation:
         return "\n".join([self.source, *self.lines(), f"command  {self.command()}"])
 
     def lines(self) -> list[str]:
-        """A line for each conclusion, its basis in front, and what is open."""
+        """A line for each conclusion, its basis in front, and the open questions."""
         width = max((len(one.about) for one in self.conclusions), default=0)
         made = [f"{one.about:{width}}  {one.basis:7}  {sentence(one)}" for one in self.conclusions]
         if self.ignored:

@@ -38,7 +38,7 @@ class Log(NamedTuple):
 
     Attributes:
         table: its columns.
-        found: what they mean.
+        found: their meaning.
         is_plain: whether the table is that of the file: nothing was divided, joined or merged.
     """
 
@@ -50,7 +50,7 @@ class Log(NamedTuple):
 def read_file(
     path: str | os.PathLike[str], hints: Hints, adjust: Callable[[Interpretation], Interpretation] | None = None
 ) -> Recording:
-    """The recording in ``path``: a file, a folder or an archive. ``adjust`` may change what was concluded.
+    """The recording in ``path``: a file, a folder or an archive. ``adjust`` may change the conclusions.
 
     Raises:
         LevelheadError: missing, empty, unreadable, or by its reader; where hints would settle it, the sentence
@@ -103,7 +103,7 @@ def interpret(
 
 
 def open_log(path: str | os.PathLike[str], hints: Hints) -> Log:
-    """The columns of a log, and what they mean.
+    """The columns of a log, and their meaning.
 
     Raises:
         LevelheadError: as ``read_file``.
@@ -127,7 +127,7 @@ def _open(file: Path, hints: Hints) -> Log:
 
 
 def try_hints(file: Path, hints: Hints, error: NeedsHints) -> JsonObject | None:
-    """Hints with which the file was read, those of the error and what it lacked beside them; None without success."""
+    """Hints with which the file was read, those of the error and the missing ones; None without success."""
     options = hints.options()
     for _ in range(_TRIES):
         options = merge_hints(options, error.suggested)

@@ -66,7 +66,7 @@ def satellite_place(
     """The median of satellite positions as a conclusion; None: there is none.
 
     Args:
-        latitude: (n,) degrees, or whole numbers of 1e-7 degrees; 0 and NaN are no position.
+        latitude: (n,) degrees, or whole numbers of 1e-7 degrees; 0 and NaN are not a position.
         longitude: likewise.
         altitude: (n,) m.
         unix: s since 1970 of the receiver; None: it has no clock.

@@ -27,7 +27,7 @@ def notes(conclusions: Iterable[Conclusion]) -> list[str]:
     return list(dict.fromkeys(sentence(one) for one in conclusions if (one.about, one.reason) not in EXPECTED))
 
 
-EXPECTED = {  # conclusions that are no news
+EXPECTED = {  # conclusions without news
     ("t.rate", "hint"), ("t.column", "named"), ("t.column", "hint"), ("t.unit", "declared"), ("t.unit", "hint"),
     *((f"{role}.{what}", reason) for role in ("gyr", "acc", "mag", "q") for what, reason in (
         ("columns", "named"), ("columns", "hint"), ("unit", "declared"), ("unit", "hint"))),

@@ -24,7 +24,7 @@ class Table(Protocol):
         rate: samples a second, if the file has it.
         north: whether a reference quaternion is known to point its y axis to magnetic north.
         conclusions: decisions that were made while reading.
-        context: what the file, sheet or row type is called, if that names a sensor, else "".
+        context: the name of the file, sheet or row type, if that names a sensor, else "".
         unnamed: whether the file names no column; ``names`` are their numbers then, from 1.
         origin: further evidence of the file's writer beside its names: lines above the header, names before a merger.
         column_units: position to the unit of a column that the reader has and its name has not.
@@ -199,7 +199,7 @@ class CachedTable:
 
 
 def in_memory(table: Table, name: str) -> ArrayTable:
-    """A table with its numbers read, since the file it lies in may go; ``name`` is what its file is called."""
+    """A table with its numbers read, since the file it lies in may go; ``name`` is the name of its file."""
     wanted = [i for i, title in enumerate(table.names) if title.strip() and i not in words_of(table)]
     columns = table.read(wanted, frozenset(wanted)) if wanted else {}
     arrays: dict[str, Column] = {}

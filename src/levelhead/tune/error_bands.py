@@ -1,8 +1,8 @@
 """The error of a track by how fast it changes: drift, sway and jitter, and its lag.
 
-The error's rotation vector is split by moving means over 10 s and 1 s: what is left of the first is drift, the rest of
-the second is sway, and what changes faster is jitter. Each has parameters that raise and lower it, which
-``advice`` finds by trying: every parameter doubled and halved.
+The error's rotation vector is split by moving means over 10 s and 1 s: the rest of the first is drift, the rest of the
+second is sway, and faster changes are jitter. Each has parameters that raise and lower it, which ``advice`` finds by
+trying: every parameter doubled and halved.
 """
 
 from collections.abc import Mapping

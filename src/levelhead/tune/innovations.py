@@ -2,9 +2,9 @@
 
 From orientation and bias at an instant the gyroscope alone leads ``HORIZON`` seconds further. The mean of the specific
 force over this time should then point up, and that of the field north; the angles by which they do not are the
-innovations. Their noise is the motion, which no parameter changes, and what the parameters change is the error of
+innovations. Their noise is the motion, which no parameter changes; the parameters change the error of
 orientation and bias before it. Readings, horizon and instants are the same for all parameters, so that likelihoods may
-be compared; the innovations inside a filter are not: its low-pass and its blocks change what is measured.
+be compared; the innovations inside a filter are not: its low-pass and its blocks change the measurement.
 
 Where the gyroscope's bias b is not in its integrated rate G, it is added to first order: with u = G a and C = ∫ G dt,
 the mean force in the sensor frame at t is
@@ -33,7 +33,7 @@ from levelhead.track import Track
 HORIZON = 5.0  # s
 EVERY = 0.25  # s between two instants
 FREEDOM = 4.0  # ν
-ROUNDS = 20  # of the fit of s; each halves what is left, or better
+ROUNDS = 20  # of the fit of s; each halves the rest, or better
 MIN_VARIANCE = 1e-9  # rad², of s²
 
 

@@ -72,7 +72,7 @@ def root_mean_square(scores: Array) -> Array:
 
 
 class ErrorGain(NamedTuple):
-    """The share of the error that is gone on what was left out, and its interval of 95 %; below 0: a loss."""
+    """The share of the error that is gone on the parts left out, and its interval of 95 %; below 0: a loss."""
 
     share: float
     low: float
@@ -80,7 +80,7 @@ class ErrorGain(NamedTuple):
 
 
 class ErrorLoss(NamedTuple):
-    """A part that was left out, and what is worse there: its name, the measure, and its error before and after, °."""
+    """A part that was left out, and its larger error: its name, the measure, and its error before and after, °."""
 
     part: str
     measure: str

@@ -1,12 +1,12 @@
 """The orientation that a filter's parameters are tuned to: the truth, or without it the smoother's.
 
-The smoother uses the whole recording at every instant, so its error is a fraction of a filter's, and its σ is
-where it may be trusted. Left out are samples whose σ of tilt (of heading, where that counts) is more than twice its
-median, and rest, at which every filter is right. Of heading a constant does not count, with truth neither: it is the
-declination, or what a magnetometer's offset leaves, and no parameter should be chosen to mend it.
+The smoother uses the whole recording at every instant, so its error is a fraction of a filter's, and its σ shows its
+accurate parts. Left out are samples whose σ of tilt (of heading, where that counts) is more than twice its median, and
+rest, at which every filter is right. Of heading a constant does not count, with truth neither: it is the declination,
+or the effect of a magnetometer's offset, and no parameter should be chosen to mend it.
 
-With the likelihood of the innovations as the goal the smoother still shows where the sensor moves, and what drift, lag
-and jitter are; the parameters are chosen by ``innovations``.
+With the likelihood of the innovations as the goal the smoother still shows the times of motion, and drift, lag and
+jitter; the parameters are chosen by ``innovations``.
 """
 
 from collections.abc import Sequence
@@ -41,12 +41,12 @@ class Reference:
 
     Attributes:
         recording: its ``truth`` is the reference, NaN at samples that do not count.
-        kind: what the filter is held against.
+        kind: the reference of the filter.
         name: of the log.
         seconds: how much of the log counts.
-        remarks: what makes it a weak one, a sentence each.
+        remarks: its weaknesses, a sentence each.
         smoothed: the smoother's track, where that is the reference.
-        innovations: what the filter is to predict, where their likelihood is the goal.
+        innovations: the readings to predict, where their likelihood is the goal.
     """
 
     recording: Recording
@@ -138,7 +138,7 @@ def _known_truth(name: str, recording: Recording) -> tuple[Truth, list[str]]:
 
 
 def _trusted_rows(name: str, recording: Recording, track: Track, heading: bool) -> tuple[NDArray[np.bool_], list[str]]:
-    """(n,) where the smoother may be trusted and the sensor moves, and what makes it a weak reference."""
+    """(n,) where the smoother is accurate and the sensor moves, and the weaknesses of this reference."""
     tilt, up = track.sigma_tilt, track.sigma_heading
     assert tilt is not None and up is not None
     median = float(np.degrees(np.median(tilt)))

@@ -1,4 +1,4 @@
-"""How good parameter sets are over what a filter is held against: errors in degrees, or scales of innovations."""
+"""Scores of parameter sets against the references of a filter: errors in degrees, or scales of innovations."""
 
 from collections.abc import Sequence
 

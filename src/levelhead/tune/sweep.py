@@ -30,7 +30,7 @@ class Sweep:
         params: the filter with its other parameters.
         name: the parameter swept.
         param: its unit, meaning and range.
-        values: (k,) what it was set to, ascending.
+        values: (k,) its values, ascending.
         total: (k,) RMS angle between estimate and truth, °.
         tilt: (k,) RMS inclination error, °.
         heading: (k,) RMS heading error, °.
@@ -200,7 +200,7 @@ def sweep(
         recording: with truth.
         params: the filter: Params object (its other parameters stay as they are), class or name.
         name: parameter to sweep, also by another name such as alpha (which then means 100 Hz, as everywhere).
-        values: what to set it to; None: the usual range of the parameter.
+        values: its values; None: the usual range of the parameter.
         metric: error to minimise: "total", "tilt" or "heading" RMS.
         guard: as for ``fuse``; with another one than the default the values are tried one by one.
         engine: as for ``fuse_parameter_sets``.

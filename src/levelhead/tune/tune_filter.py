@@ -35,7 +35,7 @@ FOLDS = 5  # at most, of several logs
 
 # logs, sets, stretches of each -> (logs, stretches, k, 3) total, tilt and heading error, °
 Score = Callable[[Sequence[Reference], Sequence[Params], int], Array]
-Split = tuple[str, list[Reference], list[Reference]]  # what is left out: its name, what is searched, and what is not
+Split = tuple[str, list[Reference], list[Reference]]  # a part left out: its name, the logs searched, and those left out
 
 
 def tune_filter(
@@ -56,7 +56,7 @@ def tune_filter(
 
     Args:
         recordings: one or several, which count alike (the geometric mean of their errors is minimised).
-        params: the filter: Params object (where the search starts, and what the others keep), class or name.
+        params: the filter: Params object (the start of the search, and the values of the others), class or name.
         names: parameters to search, each perhaps with its range: "kp", "kp=0.01:10"; none: all that are usually tuned.
         metric: "total", "tilt" or "heading" RMS, the best constant heading removed; None: total where every recording
             has a truth that is the goal, or a magnetometer that the filter follows, else tilt.
@@ -67,7 +67,7 @@ def tune_filter(
         runs: of the filter, for one search; None: 80 for each parameter.
         seed: of the search.
         cross_validate: search again without each log (of more than five: each fifth of them; of one: each quarter)
-            and score what was left out; without, the gain is that on what was searched.
+            and score the parts left out; without, the gain is that on the logs of the search.
         progress: called with the fraction done, 0 to 1.
 
     Raises:
@@ -175,7 +175,7 @@ class _Search:
         )  # fmt: skip
 
     def _fold(self, name: str, test: Sequence[Reference], found: Params, logs: int) -> Fold:
-        """The errors on what was left out of ``logs`` logs."""
+        """The errors on the parts left out of ``logs`` logs."""
         sets = [self.space.params, found]
         count = math.ceil(STRETCHES / max(logs, PARTS))
         if self._score is not None:
@@ -243,7 +243,7 @@ class _Search:
         return fuse(recording, params, guard=self.guard, engine=self.engine)
 
     def _check(self, given: Sequence[Recording], held: Sequence[Reference], best: Params) -> TruthCheck | None:
-        """Errors against the truth of what was found without it."""
+        """Errors against the truth of parameters found without it."""
         rows = []
         for recording, one in zip(given, held, strict=True):
             smoothed = one.smoothed

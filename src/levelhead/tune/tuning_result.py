@@ -1,4 +1,4 @@
-"""A Tuning: the parameters that were found for a filter, how well, and how far they may be trusted."""
+"""A Tuning: the parameters that were found for a filter, their errors, and the doubts about them."""
 
 import math
 from collections.abc import Sequence
@@ -20,7 +20,7 @@ from levelhead.tune.parameter_space import Space
 from levelhead.tune.reference_orientation import Reference
 from levelhead.tune.sweep import Metric, Sweep
 
-WORTH = 0.03  # of the error, on what was left out: a smaller gain is none
+WORTH = 0.03  # of the error, on the parts left out: a smaller gain does not count
 AT_END = 0.01  # share of a range: so near to its end is at the end
 INWARDS = 0.08  # share of a range from its end, over which the error must fall by so much for the end to matter
 FALLS = 1.01  # times
@@ -45,10 +45,10 @@ class Tuning:
     """The result of ``tune_filter``.
 
     Attributes:
-        space: what was searched, with the parameters at the start.
+        space: the parameters of the search, with their values at the start.
         best: the parameters found. A parameter that does not matter (1 %) stays as it was.
         metric: the error that was minimised.
-        references: what the filter was held against, log by log.
+        references: the reference of the filter, log by log.
         before: (logs,) RMS error in degrees with the parameters at the start.
         after: (logs,) with those found.
         curves: the error over each parameter searched, the others at their best.
@@ -81,7 +81,7 @@ class Tuning:
 
     @property
     def held_out(self) -> ErrorGain | None:
-        """The same on what was left out, with its interval: what another log of this kind may expect."""
+        """The same on the parts left out, with its interval: the expectation for another log of this kind."""
         return gain(self.folds, MEASURES.index(self.metric)) if self.folds else None
 
     @property
@@ -178,7 +178,7 @@ class Tuning:
         return ParameterFile(self.params, None if self.guard == Guard() else self.guard, found)
 
     def verdict(self) -> list[str]:
-        """In words: what is gained, whether to take it, by what reference, and what weakens it."""
+        """In words: the gain, whether to take it, its reference, and its weaknesses."""
         before, after = mean_error(self.before), mean_error(self.after)
         changed = _changes(self.space.params, self.best)
         name = filters.of(self.best).name
@@ -207,7 +207,7 @@ class Tuning:
         return [*lines, *(remark for one in self.references for remark in one.remarks)]
 
     def _elsewhere(self) -> str:
-        """The gain on what was left out."""
+        """The gain on the parts left out."""
         held_out = self.held_out
         if held_out is None:
             return "nothing was left out to measure the gain on another log"
@@ -225,7 +225,7 @@ class Tuning:
         start = "the defaults" if self.space.params == type(self.space.params)() else "the parameters given"
         if not changed:
             return f"keep {start} of {name}: no others have a smaller {self.measure} than {before:.2f}° RMS"
-        searched = f"{self.measure} {before:.2f}° → {after:.2f}° on what was searched, {_percent(self.gain)} less"
+        searched = f"{self.measure} {before:.2f}° → {after:.2f}° on the logs of the search, {_percent(self.gain)} less"
         if self.gain < WORTH or self.held_out is None:
             return f"keep {start} of {name}: {searched}; {self._elsewhere()}"
         if self.held_out.share < WORTH or self.held_out.low <= 0.0:

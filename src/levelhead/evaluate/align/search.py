@@ -99,7 +99,7 @@ def _check(option: str, word: str, known: Sequence[str]) -> None:
 
 
 def freedoms_within(earth: Earth, sensor: Sensor) -> list[Freedom]:
-    """All constant rotations that are no freer than these."""
+    """All constant rotations with at most this freedom."""
     earths: tuple[Earth, ...] = get_args(Earth)
     sensors: tuple[Sensor, ...] = get_args(Sensor)
     return [

@@ -24,11 +24,10 @@ at least ``velocity_density``²:
 
     0 = v̄ + δv + w × θ − θ_z × v − R̄ u − R̄ δu,   variance D/T                                                  (22)
 
-v̄ is the mean of v over the block, and w = v − v̄ + g T/2 what the force added since. This makes tilt observable, without
-any test whether |a| is g. The term of θ_z keeps (22) from correcting heading. The
-frame is the gyroscope's: heading is right by definition at the start, and the field H of the surroundings may point
-anywhere in it. The part s of the field belongs to a place. The block's mean field is
-e = mean R (h − d w × h + d²/2 w × (w × h)):
+v̄ is the mean of v over the block, and w = v − v̄ + g T/2 the velocity that the force added since. This makes tilt
+observable, without any test whether |a| is g. The term of θ_z keeps (22) from correcting heading. The frame is the
+gyroscope's: heading is right by definition at the start, and the field H of the surroundings may point anywhere in it.
+The part s of the field belongs to a place. The block's mean field is e = mean R (h − d w × h + d²/2 w × (w × h)):
 
     e + θ × e − mean R (δo + δS_m μ/u + (w × h − d w × (w × h)) δd) − δH − δs = H + s,   variance D_f/T         (16)
 
@@ -39,7 +38,7 @@ not tilt the horizon: the gains of θ_x, θ_y, v and c are zero in (16) (the con
 
 A tilt known to no better than half a radian is corrected on the sphere by the mean force since then (43), and so is
 one that a mean force contradicts which points down; a heading known to no better than a radian is that by which the
-mean field is H + s. A mean of the velocity's innovations beyond what the largest D explains is the work of a turn that
+mean field is H + s. A mean of the velocity's innovations beyond the share of the largest D is caused by a turn that
 the gyroscope missed; its variance is process noise of the next block (28).
 
 The prior of the gyroscope's bias is wide at the start and becomes narrow within seconds; later the priors of both
@@ -65,7 +64,7 @@ The estimates of the sensor's errors are ``Track.calibration``, and can be the n
 | ``calibration`` | the estimates as plain numbers, and a prior |
 | ``sigma`` | σ: from P, and beyond it (40), (41), (42) |
 | ``filter`` | the order of all this, sample by sample |
-| ``rts`` | the smoother: what the forward run keeps, and the step back (30), (31) |
+| ``rts`` | the smoother: the quantities that the forward run keeps, and the step back (30), (31) |
 | ``rts_aided`` | the same with position, velocity and height (34) |
 """
 

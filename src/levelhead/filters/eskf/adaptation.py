@@ -15,11 +15,11 @@ one for the two horizontal axes, one for the vertical.
     E = max(0, ȳ² − ``MISSED_GATE`` (P_vv + ``max_velocity_density``²/(2 τ))),                                    (28)
 
 is in the horizontal axes the work of a turn θ that was missed: gravity has driven v since. If that was at any time in
-the last τ, as likely as at any other, then E v² = (g θ τ)²/3 and E v θ = g θ² τ/2. But the body may turn on, and what
-it has turned back again has left its velocity. So while E lasts, 3 E/(g τ)² is added to the variance of tilt, E/(g τ)
-to its covariance with v, two thirds of what that would be, and 2 E to the variance of v, all in τ (``predict``). v
-goes back as tilt is corrected, or tilt would have to swing to the other side to stop it. Upwards a tilt is of second
-order; there E is a specific force that was measured wrong, and the variance of v grows by E in τ.
+the last τ, as likely as at any other, then E v² = (g θ τ)²/3 and E v θ = g θ² τ/2. But the body may turn on, and a turn
+back has left its velocity. So while E lasts, 3 E/(g τ)² is added to the variance of tilt, E/(g τ) to its covariance
+with v, two thirds of that covariance, and 2 E to the variance of v, all in τ (``predict``). v goes back as tilt is
+corrected, or tilt would have to swing to the other side to stop it. Upwards a tilt is of second order; there E is a
+specific force that was measured wrong, and the variance of v grows by E in τ.
 
 **A bias that walks faster.** The corrections of a bias in different blocks are independent of each other, and each has
 the variance by which it makes P smaller. Let C be their sum with the weight e^(−t/``BIAS_TIME``) after t seconds, and
@@ -33,7 +33,7 @@ one that nothing measures.
 
 **Two time scales of a field.** y = H + s − e, the innovation of a block's mean field, through a low-pass filter of time
 constant τ becomes ȳ. Innovations of blocks of T seconds are white, and each has the variance P_e + D_f/T, with P_e the
-mean variance of a component that the states explain. So the density of what changes within seconds is
+mean variance of a component that the states explain. So the density of changes within seconds is
 
     now = max(0, 2 τ |ȳ|²/3 − P_e T),   D_f = max(now, its mean over ``FIELD_DENSITY_TIME``, ``mag_noise``² |H|²)   (35)
 
@@ -49,9 +49,9 @@ would be taken for a bad room.
 maximisation in each block.
 
 **Width of a prior.** Sensors are a mixture of calibrated and raw ones. Let s² be the
-variance that a state would have without any measurement (its prior's, and what (29) has added since), P the one that it
-has, and x its estimate less the prior's mean, which is 0 but with the prior of an earlier run. The measurements alone
-then give x/κ ± √(P/κ) with κ = 1 − P/s². Where even the lower end of that is beyond s,
+variance that a state would have without any measurement (its prior's, and the additions of (29) since), P the one that
+it has, and x its estimate less the prior's mean, which is 0 but with the prior of an earlier run. The measurements
+alone then give x/κ ± √(P/κ) with κ = 1 − P/s². Where even the lower end of that is beyond s,
 
     s'² = (|x|/κ − k √(P/κ))²,   k = ``SURE``; ``SURE_OPEN`` as long as (24) may still find a width,           (25)
 
@@ -191,7 +191,7 @@ def set_density(params: ESKF, m: Floats, k: int, excess: float) -> None:
 
 @noinline
 def adapt_field(params: ESKF, m: Floats, e: Vec3, explained: float, resting: bool) -> None:
-    """Eqs. 35 and 36, from a block's mean field e and P_e, the mean over three axes of what the states explain."""
+    """Eqs. 35 and 36, from a block's mean field e and P_e, the mean variance that the states explain."""
     time = m[at.BLOCK_TIME] / (AT_REST if resting else 1.0)
     h, s = vector(m, at.MEAN + at.FIELD), vector(m, at.MEAN + at.PLACE)
     off = sub(sub(e, h), s)

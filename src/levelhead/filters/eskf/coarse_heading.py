@@ -7,7 +7,7 @@ earth frame whose heading is off by ψ. With both as complex numbers east + i no
     ΔV = γ P + c + noise,   γ = |γ| exp(iψ)                                                                      (32)
 
 whatever ψ is (M. Wu, Y. Wu, Velocity/position integration formula, IEEE Transactions on Aerospace and Electronic
-Systems 49(2), 2013). The constant c takes what a tilt error makes of gravity. Linear regression gives, with sums of
+Systems 49(2), 2013). The constant c is the level part of gravity by a tilt error. Linear regression gives, with sums of
 P and ΔV without their means,
 
     γ = Σ P* ΔV / Σ |P|²,   s² = (Σ |ΔV|² − |γ|² Σ |P|²) / (2 n − 4),   var ψ = s² / (|γ|² Σ |P|²)                 (33)
@@ -140,7 +140,7 @@ def regress(m: Floats) -> HeadingFit:
 
 @noinline
 def correct_course(m: Floats) -> HeadingFit:
-    """Adds a block of samples; where heading was open, or is wrong beyond doubt, sets the σ of what is found."""
+    """Adds a block of samples; where heading was open, or is wrong beyond doubt, sets the σ of the new one."""
     found = regress(m) if add_block(m) else NOT_CLEAR
     variance = state_variance(m, at.HEADING)
     far = found.angle * found.angle > FAR * FAR * (variance + found.sigma * found.sigma)

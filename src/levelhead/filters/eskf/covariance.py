@@ -229,7 +229,7 @@ def dot(m: Floats, a: int, b: int, count: int) -> float:
 
 
 class Innovation(NamedTuple):
-    """Of a scalar measurement: its innovation less what x has explained already, and h P hᵀ."""
+    """Of a scalar measurement: its innovation less the part that x has explained already, and h P hᵀ."""
 
     value: float
     explained: float

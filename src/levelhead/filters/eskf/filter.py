@@ -188,7 +188,7 @@ def find_loss(m: Floats) -> Loss:
 
 @noinline
 def correct_lost(params: ESKF, m: Floats, lost: Loss) -> Quat:
-    """The rotation that corrects tilt, or heading, or both, by what is not of first order."""
+    """The rotation that corrects tilt, or heading, or both, beyond first order."""
     rotation = reinitialise_tilt(params, m, lost.upside_down) if lost.tilt else IDENTITY
     if m[at.MAG_COUNT] > 0.0 and state_variance(m, at.HEADING) > LARGE_HEADING:
         rotation = reinitialise_heading(params, m, rotation)

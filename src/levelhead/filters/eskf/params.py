@@ -7,8 +7,8 @@ from levelhead.units import DEGREE
 
 MILLI = 1e-3
 
-# Unasked, ``tune`` searches four, of the body's motion and of the room. The rest is the sensor's noise (``levelhead
-# noise`` measures it), what the filter learns while it runs, the start and the gates; all at once fit the log on which
+# By default ``tune`` searches four, of the body's motion and of the room. The rest is the sensor's noise (``levelhead
+# noise`` measures it), the errors that the filter learns, the start and the gates; all at once fit the log on which
 # they were found (docs/howto/tuning.md).
 
 

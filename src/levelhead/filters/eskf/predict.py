@@ -1,4 +1,4 @@
-"""Prediction of ``ESKF`` over a block of samples: F (eq. 7), Q (eqs. 8 to 12, 28 and 29), and what a gap does."""
+"""Prediction of ``ESKF`` over a block of samples: F (eq. 7), Q (eqs. 8 to 12, 28 and 29), and the growth in a gap."""
 
 from math import pi, sqrt
 
@@ -30,8 +30,8 @@ from levelhead.units import DEGREE, GRAVITY
 ROUNDING = 2e-7  # share of a variance that corrections in single precision may get wrong in a block
 UNMEASURED_ACC = 5.0  # m/s², 1σ of the acceleration of a body without accelerometer readings
 LARGE_HEADING = 0.1  # rad, 1σ of heading beyond which velocity may correct heading only
-CLEAR_FORCE = 5.0  # if the horizontal force is so many times what the tilt error pretends
-SHAKEN = 0.005  # √s, noise density of specific force as a share of what shakes the sensor
+CLEAR_FORCE = 5.0  # if the horizontal force is so many times that of the tilt error
+SHAKEN = 0.005  # √s, noise density of specific force as a share of the sensor's shaking
 WHOLE_TURN = 2.0 * pi  # rad
 MOST_SPEED = 50.0  # m/s, 1σ without aiding
 IMPACT = 300.0  # m/s²: of a blow of this size the integral of the samples is worth nothing

@@ -98,7 +98,7 @@ def speed_variance(m: Floats) -> float:
 
 @kernel
 def note_rotation(m: Floats, rotation: Quat) -> None:
-    """Keeps in x, for the smoother, by what a block's attitude was turned that was unknown before it too."""
+    """Keeps in x, for the smoother, the turn of a block's attitude that was unknown before it too."""
     x, y, z = quat.log(rotation)
     m[at.X + at.ATTITUDE] = x
     m[at.X + at.ATTITUDE + 1] = y
@@ -195,7 +195,7 @@ def first_heading(m: Floats, field: Vec3) -> float:
 
 @kernel
 def set_heading(m: Floats, turn: Quat, sigma: float) -> None:
-    """Takes a velocity without direction along as heading turns; what is known of it relative to the sensor stays."""
+    """Takes a velocity without direction along as heading turns; its part relative to the sensor stays."""
     x, y, z = vector(m, at.MEAN + at.VELOCITY)
     rotate_velocity_error(m, at.P, at.N, -x, -y)
     set_independent(m, at.HEADING, 1, sigma)

@@ -1,4 +1,4 @@
-"""The smoother's part of ``ESKF``: what the forward run keeps of each block, and one step backwards.
+"""The smoother's part of ``ESKF``: the numbers that the forward run keeps of each block, and one step backwards.
 
 Of block k these are kept: its covariance P_k, the covariance P⁻_k+1 predicted from it, the rows of F P_k that differ
 from P_k, and the correction x_k+1. With A = P⁻_k+1, B = F P_k and x^s the correction of a block's mean by all that
@@ -83,7 +83,7 @@ class BlockEstimate(NamedTuple):
 
 @noinline
 def init(params: ESKF, gyr: Vec3, acc: Vec3, mag: Vec3) -> State:
-    """``filter.init`` with room behind the memory for what ``correct`` keeps."""
+    """``filter.init`` with room behind the memory for the numbers that ``correct`` keeps."""
     m = zeros(FORWARD_SIZE)
     return start(params, m, acc, mag)
 
@@ -218,7 +218,7 @@ def decay_rows(blocks: Floats, after: int, m: Floats) -> None:
 
 @kernel
 def undo_velocity_turn(blocks: Floats, after: int, m: Floats) -> None:
-    """Undoes what the correction of the block behind did to the error of velocity."""
+    """Undoes the change of velocity's error by the correction of the block behind."""
     x, y = blocks[after + BLOCK_X + at.VELOCITY], blocks[after + BLOCK_X + at.VELOCITY + 1]
     rotate_velocity_error(m, LATER, at.ROW, -x, -y)
     m[SMOOTHED + at.VELOCITY] += y * m[SMOOTHED + at.HEADING]

@@ -4,9 +4,10 @@ A block's transition is S F S with S of half a step of position, p ← p + v T/2
 
     B_v = F P_k,   B_p = P_p + T/2 (P_v + B_v)                                                                  (34)
 
-F itself is kept, not F P: what a first reading sets between two blocks has no past, and a row of zeros in B. A heading
-that waits for a receiver's velocity is found by regression (32), and too far off for a correction of first order. So
-the forward run is done again from a start that is turned by what was found, with ``KNOWN_HEADING`` as its 1σ.
+F itself is kept, not F P: a state that a first reading sets between two blocks has no past, and a row of zeros in B. A
+heading that waits for a receiver's velocity is found by regression (32), and too far off for a correction of first
+order. So the forward run is done again from a start that is turned by the found heading, with ``KNOWN_HEADING`` as its
+1σ.
 """
 
 from math import pi, remainder, sqrt
@@ -31,7 +32,7 @@ LEAST_COURSE = 1e-6  # rad: a new tilt turns heading by less, by rounding alone
 # The memory of the forward run, behind that of ``rts``
 LINKS = rts.FORWARD_SIZE  # Σ |covariance with others| of each state at the end of the last block,
 VARIANCES = LINKS + at.ROW  # and its variance
-LASTING = VARIANCES + at.ROW  # 1: a state is what it was then; 0: a reading or a gap has set it
+LASTING = VARIANCES + at.ROW  # 1: a state continues; 0: a reading or a gap has set it
 NAV_BEFORE = LASTING + at.ROW  # mean position and velocity before the correction, 6
 COURSE = NAV_BEFORE + 6  # rad by which heading was turned since the start, all in all,
 COURSE_KNOWN = COURSE + 1  # 1: the run starts with it
@@ -110,7 +111,7 @@ def nav_place(i: int) -> int:
 
 @noinline
 def correct(params: ESKF, state: State, dt: float) -> State:
-    """``rts.correct`` that notes what else the way back needs."""
+    """``rts.correct`` that also keeps the other numbers of the way back."""
     m = state.memory
     note_lasting(m)
     for i in range(6):

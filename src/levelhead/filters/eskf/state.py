@@ -4,7 +4,7 @@ Offsets, lengths of rows and the memory are plain integers. Kernels import this 
 ``m[at.MEAN + at.GYR_BIAS]``. A further block of states needs a line among the blocks below, a line in one of the three
 kernels below them, which declare its σ at the start and its random walk, and parameters for these two.
 
-The memory is one row of floats: the covariance P by rows, the mean of what is additive (attitude is not), the
+The memory is one row of floats: the covariance P by rows, the mean of the additive states (attitude is not), the
 correction x gathered in a block of samples, a row h of a measurement, P hᵀ, the couplings 1 − F of the states that
 others drive, their rows of F P, a prior, sums of aiding measurements, and integrals over the block of samples.
 """
@@ -64,11 +64,11 @@ def states(
     return first
 
 
-# The states. Those before HEADING are the horizon and what depends on it: a magnetometer only considers them. It takes
-# a share of those from there up to FIELD, as far as its offset is known. Velocity is driven by attitude and the states
-# before it, attitude by those from GYR_BIAS up to BODY_VELOCITY. Those that always exist come first, those of aiding
-# last, so that the first n leave out what does not exist. The σ of a bias from one switching-on to the next is a choice
-# in the range of the zero-rate and zero-g repeatability of consumer chips, which their data sheets do not give.
+# The states. Those before HEADING are the horizon and the states that depend on it: a magnetometer only considers them.
+# It changes those from there up to FIELD by a share, as far as its offset is known. Velocity is driven by attitude and
+# the states before it, attitude by those from GYR_BIAS up to BODY_VELOCITY. Those that always exist come first, those
+# of aiding last, so the first n are those that exist. The σ of a bias from one switching-on to the next is a choice in
+# the range of the zero-rate and zero-g repeatability of consumer chips, which their data sheets do not give.
 ACC_BIAS = states("acc_bias", (3,), "m/s²", "accelerometer bias c", ALWAYS, calibration=True, prior=True, turn_on=0.02)
 VELOCITY = states("velocity", (3,), "m/s", "velocity v, earth frame", ALWAYS)
 ATTITUDE = states("attitude", (2,), "rad", "attitude error θ about east and north", ALWAYS)
@@ -110,7 +110,7 @@ FIRST_FIELD = 1.0  # share
 
 
 def declare_states(m: Floats, first: int, size: int, start: float, walk: float, unit: float) -> None:
-    """Stands where ``instance`` puts what is to be done with each block of states.
+    """A placeholder: ``instance`` puts its action on each block of states here.
 
     ``start`` is 1σ at the start and ``walk`` 1σ of the random walk after one second, both in the unit of the states: a
     prior is divided by ``unit`` to be in it, and a walk is multiplied by it.
@@ -198,7 +198,7 @@ def place(size: int, unit: str, meaning: str) -> int:
 
 # The memory, place after place
 P = place(ROW * ROW, "", "covariance, N² in rows of ROW")
-MEAN = place(ROW, "", "mean of what is additive")
+MEAN = place(ROW, "", "mean of the additive states")
 X = place(ROW, "", "correction of the mean in this block of samples")
 H = place(ROW, "", "row of a measurement")
 U = place(TOGETHER * ROW, "", "P hᵀ/√s of the measurements that P does not contain yet, by rows")

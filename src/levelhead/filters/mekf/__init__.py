@@ -1,7 +1,7 @@
 """EKF: multiplicative extended Kalman filter for attitude and gyroscope bias, with gravity and field as vectors.
 
 E. J. Lefferts, F. L. Markley and M. D. Shuster keep the attitude in a unit quaternion and its error in a small rotation
-vector, here θ in the **earth** frame, and the bias error β in the sensor frame (with ^ on what is estimated):
+vector, here θ in the **earth** frame, and the bias error β in the sensor frame (with ^ on estimates):
 
     R = exp([θ]×) R^,   b = b^ + β                                                                              (1)
     θ' = −R β + noise,   β' = noise                                                                             (2)
@@ -25,8 +25,8 @@ A body that stays in the room does not accelerate on average: f is low-passed in
 constant however the sensor turns, before it is a measurement. The variance r of the rest follows | |a| − g |, as q_θ
 follows the rate, whose error is a share of itself.
 
-A magnet may turn the heading but never tilt the horizon: the dip of the field does not enter, nor does, in (6), what
-tilt errors do to h_x (its part h_z/h_y θ_y is noise), and the row of θ_z has no gain for θ_x and θ_y (the
+A magnet may turn the heading but never tilt the horizon: the dip of the field does not enter, nor does, in (6), the
+effect of tilt errors on h_x (its part h_z/h_y θ_y is noise), and the row of θ_z has no gain for θ_x and θ_y (the
 consider filter of Schmidt):
 
     P ← P − K h P − (K h P)ᵀ + K (h P hᵀ + r) Kᵀ,   K_x = K_y = 0                                               (8)

@@ -5,8 +5,9 @@ from typing import Annotated, NamedTuple
 from levelhead.filters.parameters import nonnegative, parameters, positive
 from levelhead.units import DEGREE
 
-# Unasked, ``tune`` searches what depends on the motion and the room. The rest is the sensor's noise (``levelhead
-# noise`` measures it) and the start; searched as well it gains nothing on other recordings (docs/howto/tuning.md).
+# By default ``tune`` searches the numbers that depend on the motion and the room. The rest is the sensor's noise
+# (``levelhead noise`` measures it) and the start; a search of them gains nothing on other recordings
+# (docs/howto/tuning.md).
 
 
 @parameters(tuned=("gyr_noise_per_rate", "acc_motion", "acc_tau", "mag_noise"))
@@ -23,8 +24,8 @@ class EKF(NamedTuple):
     tilt_start: Annotated[float, positive("deg", "1σ of the first tilt", 0.5, 30.0)] = 5.0
     bias_start: Annotated[float, positive("deg/s", "1σ of the bias at the start", 0.01, 10.0)] = 1.0
     block: Annotated[float, nonnegative("s", "time between two corrections; 0: at every sample", 0.005, 0.2)] = 0.02
-    gate: Annotated[float, nonnegative("", "innovations beyond so many σ are not believed", 2.0, 10.0)] = 5.0
-    gate_time: Annotated[float, nonnegative("s", "but not for longer than this", 0.1, 10.0)] = 1.0
+    gate: Annotated[float, nonnegative("", "innovations beyond so many σ are not used", 2.0, 10.0)] = 5.0
+    gate_time: Annotated[float, nonnegative("s", "rejected for at most this time", 0.1, 10.0)] = 1.0
 
 
 def with_known_bias(params: EKF, sigma: float) -> EKF:

@@ -45,13 +45,13 @@ def find_drift(evidence: RunEvidence) -> Iterator[Symptom]:
     else:
         yield Symptom(
             "drift", rate, "deg/min", f"heading drifts about {rate:.0f}° a minute {where}", "mag_missing",
-            f"the magnetometer gives nothing for {length:.0f} s", "Find what loses its readings.",
+            f"the magnetometer gives nothing for {length:.0f} s", "Find the cause of the lost readings.",
             float(t[first]), "missing_values",
         )  # fmt: skip
 
 
 def _steady(evidence: RunEvidence) -> NDArray[np.bool_]:
-    """(n − 1,) intervals in which the rate itself was right: what is lost in others is lost at once, not by and by."""
+    """(n − 1,) intervals in which the rate itself was right: the loss in other tracks is sudden, not gradual."""
     steady = np.ones(len(evidence.t) - 1, dtype=np.bool_)
     for event in find_disturbances(evidence):
         begin, end = event.reach(evidence.t)
@@ -74,7 +74,7 @@ def _growth(evidence: RunEvidence, steady: NDArray[np.bool_], first: int, last: 
 
 
 def _heading_lost(evidence: RunEvidence) -> Iterator[Symptom]:
-    """Times at which the rate was wrong, and σ of heading grew at once by what may have been turned meanwhile."""
+    """Times at which the rate was wrong, and σ of heading grew at once by the possible turn meanwhile."""
     sigma = evidence.track.sigma_heading
     if sigma is None:
         return

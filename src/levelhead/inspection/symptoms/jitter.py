@@ -71,7 +71,7 @@ def _angle_density(evidence: RunEvidence) -> tuple[Array, Array] | None:
         return None
     window = np.hanning(PIECE)
     sound = np.ones(len(vector), dtype=np.bool_)
-    for event in find_disturbances(evidence):  # what they do is a jump
+    for event in find_disturbances(evidence):  # their effect is a jump
         sound[max(0, event.first - 1) : event.last + PIECE] = False
     whole = sound[: count * PIECE].reshape(count, PIECE).all(axis=1)
     if not whole.any():

@@ -15,7 +15,7 @@ from levelhead.units import GRAVITY
 
 MAX_JUMP = 3.0  # deg; clean recordings step by 1.3 at most (docs/reference/symptoms.md)
 WITHIN = 1.0  # s, in which an attitude steps away from the smoother's
-AFTER = 10.0  # s after a fault in which the filter corrects what it did
+AFTER = 10.0  # s after a fault in which the filter corrects its error
 START = 5.0  # s of a run that do not count: a filter finds its attitude
 JOIN = 2.0  # s between two events of one cause that are one
 ISOLATED = 0.3  # of a spike: how much the readings before and after it may differ
@@ -37,7 +37,7 @@ class Disturbance(NamedTuple):
     why: str
 
     def reach(self, t: Array) -> tuple[int, int]:
-        """The row before it, and the one WITHIN seconds after it, when σ has grown by what it may have turned."""
+        """The row before it, and the one WITHIN seconds after it, when σ has grown by the possible turn."""
         end = int(np.searchsorted(t, t[self.last - 1] + WITHIN))
         return max(self.first - 1, 0), min(end, len(t) - 1)
 
@@ -45,13 +45,13 @@ class Disturbance(NamedTuple):
 CURES = {
     "gyr_clipping": "Set a larger full scale, or give it: --guard gyr_range=DEG_S.",
     "gyr_spikes": "Look for a bus or serial line that loses bits, and leave such rows blank.",
-    "gap": "Find what stops the logger; across more than 0.5 s the attitude is held.",
-    "gyr_missing": "Find what loses the readings; the last rate is held for 0.5 s.",
+    "gap": "Find the cause of the pause; across more than 0.5 s the attitude is held.",
+    "gyr_missing": "Find the cause of the lost readings; the last rate is held for 0.5 s.",
     "gyr_stuck": "Look for a bus that hangs; a reset of the sensor helps.",
     "mag_learned": "Keep away from iron and magnets that stay, or leave the magnetometer out: --map mag=.",
-    "bias_late": "Put the sensor down for 5 s at the start, or hand on what was learned: --save-calibration, --prior.",
+    "bias_late": "Put the sensor down for 5 s at the start, or keep the calibration: --save-calibration, --prior.",
     "mag_refused": "Keep away from iron and magnets, or calibrate the magnetometer: levelhead calibrate.",
-    "mag_back": "Find what silenced it; levelhead smooth uses both sides of the time without it.",
+    "mag_back": "Find the cause of its silence; levelhead smooth uses both sides of the time without it.",
     "no_rest": "Put the sensor down for 5 s at the start.",
     "near_vertical": "Take a filter of quaternions: ESKF, EKF, Mahony.",
     "acceleration": "Let it trust the gyroscope more, or use ESKF, which separates acceleration from gravity.",
@@ -190,7 +190,7 @@ def _causes_of_step(evidence: RunEvidence, row: int) -> Iterator[tuple[str, str]
     force = np.linalg.norm(evidence.recording.acc[first:last], axis=1)
     off = float(np.sqrt(np.nanmean((force - GRAVITY) ** 2)))
     if evidence.is_plain and off > HAND_MOTION:
-        yield "acceleration", f"the specific force is {off:.1f} m/s² off g there (rms), and {name} takes it for gravity"
+        yield "acceleration", f"the specific force is {off:.1f} m/s² off g there (rms), and {name} treats it as gravity"
     if "gyr" in evidence.uses and evidence.recording.mag is None and evidence.longest_rest < Guard().rest_time:
         yield "no_rest", "neither a magnetometer nor a rest measured the gyroscope's bias, which is still being learned"
     yield "unknown", "no reading in the log explains it"

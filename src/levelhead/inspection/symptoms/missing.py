@@ -27,7 +27,7 @@ def find_missing(evidence: RunEvidence) -> Iterator[Symptom]:
         yield Symptom(
             "missing", longest, "s", f"the {name} is NaN or blank on {share:.2g} % of the samples", "missing_readings",
             f"{count} samples, the longest stretch {longest:.2g} s at {evidence.t[first]:.1f} s",
-            "The track never is NaN: the last rate is held for 0.5 s, and σ grows. Find what loses the readings.",
+            "The track never is NaN: the last rate is held for 0.5 s, and σ grows. Find the cause of the loss.",
             float(evidence.t[first]), "missing_values",
         )  # fmt: skip
 

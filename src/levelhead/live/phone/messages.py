@@ -156,7 +156,7 @@ def _list(message: JsonObject, name: str) -> list[Untyped]:
 def _values(entry: JsonObject) -> JsonObject:
     found = entry.get("values", entry)  # in recordings the values stand beside the time
     if not isinstance(found, dict):
-        raise LevelheadError(f"the values of '{entry.get('name')}' are no object")
+        raise LevelheadError(f"the values of '{entry.get('name')}' are not an object")
     return found
 
 

@@ -1,4 +1,4 @@
-"""A phone that runs phyphox with remote access: the node asks it for what is new.
+"""A phone that runs phyphox with remote access: the node asks it for new samples.
 
 The protocol is phyphox's own (https://phyphox.org/wiki/index.php/Remote-interface_communication): /config names the
 buffers, /control?cmd=start begins, /get?t=T&x=T|t gives the values after time T of the buffer t.

@@ -32,7 +32,7 @@ from levelhead.track import Track
 LONGEST = 30_000  # samples that plain Python explains in some seconds
 LARGEST_WHOLE = 2.0**53  # beyond it a double is not every whole number
 COMPARED = ("ESKF", "EKF", "Mahony", "Madgwick", "Complementary")
-MOTION = ("MPU-6050", "hand", 20.0, 100.0)  # what is shown to those who have no log: 20 s at 100 Hz
+MOTION = ("MPU-6050", "hand", 20.0, 100.0)  # shown without a log: 20 s at 100 Hz
 
 
 class WasmEngine:

@@ -17,10 +17,10 @@ LAST = 0.5  # s until a browser has the last instruction
 
 
 class GuideView:
-    """The body as it should be put down, the instruction beside it, and what is known so far.
+    """The body as it should be put down, the instruction beside it, and the results so far.
 
     Args:
-        title: what the page is about.
+        title: the subject of the page.
     """
 
     def __init__(self, title: str) -> None:

@@ -36,7 +36,7 @@ class NodeView:
     Args:
         subscribe: gives the Subscription of a topic; takes ``history`` and ``max_age`` as ``Subscription`` does.
         set_params: sets parameters of the node, by keyword; raises LevelheadError where it refuses.
-        title: what the page is about.
+        title: the subject of the page.
         folder: where a record is written.
         starts: gives the commands that start a node, for a page without an orientation.
 
@@ -64,7 +64,7 @@ class NodeView:
         self._history = {
             topic: subscribe(topic, history=HISTORY, max_age=math.inf) for topic in (ORIENTATION, RAW, HEALTH, CONFIG)
         }
-        self._newest = subscribe(ORIENTATION)  # marks what is too old to be believed
+        self._newest = subscribe(ORIENTATION)  # marks messages that are too old
         self.calls = {"about": self._about, "set": self._set, "record": self._record}
         self._thread = threading.Thread(target=self._run, name="page", daemon=True)
         self._thread.start()
@@ -130,7 +130,7 @@ class NodeView:
         return pack_block({})
 
     def _record(self, asked: JsonObject) -> bytes:
-        """Begins or ends a black box of what this page's server hears."""
+        """Begins or ends a black box of the messages of this page's server."""
         with self._changed:
             if asked["on"] and self._box is None:
                 box = BlackBox(self._folder / f"{datetime.now():levelhead-%Y-%m-%d-%H%M%S}.mcap")

@@ -36,7 +36,7 @@ class RecordingView:
         params: the filter that the page shows first.
         guard: as for ``fuse``.
         second: another filter that the page shows beside it.
-        engine: what fuses; ``fuse`` where there is no other.
+        engine: the function that fuses; ``fuse`` where there is no other.
 
     Attributes:
         calls: about, track, download.
@@ -72,7 +72,7 @@ class RecordingView:
         self._tracks.clear()
 
     def _about(self, _: JsonObject) -> bytes:
-        """What there is, with the readings and the first filter's track: the page draws from one answer."""
+        """The subject, with the readings and the first filter's track: the page draws from one answer."""
         recording, (header, columns) = self.recording, self._track_columns(self.params)
         header |= {
             "kind": "recording", "title": file_name(recording.meta.get("source")), "samples": len(recording),

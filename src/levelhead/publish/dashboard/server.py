@@ -1,4 +1,4 @@
-"""The page's server: on 127.0.0.1 alone, static files, calls by name, and one stream for what is live."""
+"""The page's server: on 127.0.0.1 alone, static files, calls by name, and one stream for live data."""
 
 import json
 import sys
@@ -44,7 +44,7 @@ class PageServer:
     """Serves a view until it is closed.
 
     Args:
-        view: what the page shows; None: what ``show`` gives later, for which calls wait.
+        view: the source of the page; None: the source that ``show`` gives later, for which calls wait.
         port: on 127.0.0.1; if it is taken, the next one that is free.
 
     Attributes:

@@ -15,7 +15,7 @@ from levelhead.signals.rest import rest_rows
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-_COLUMNS = 1500  # of a panel: longer recordings are drawn as what lies between least and most
+_COLUMNS = 1500  # of a panel: longer recordings are drawn as bands from least to most
 _POINTS = 5000  # of the sphere
 _GAP = 5.0  # median intervals
 _MAX_FINDINGS = 12  # findings that are listed

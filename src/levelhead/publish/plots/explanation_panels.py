@@ -1,4 +1,4 @@
-"""One picture of an explanation: what the track shows over time, with the evidence of each symptom."""
+"""One picture of an explanation: the track over time, with the evidence of each symptom."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -83,7 +83,7 @@ def _distance(axes: "Axes", evidence: RunEvidence) -> None:
 
 
 def _corrections(axes: "Axes", evidence: RunEvidence) -> None:
-    style.format_axes(axes, "what the filter turned beside the gyroscope, summed, °; dashed: its σ of heading")
+    style.format_axes(axes, "turns of the filter beside the gyroscope, summed, °; dashed: its σ of heading")
     _line(axes, evidence.t, np.degrees(np.linalg.norm(evidence.corrections, axis=1)), style.GREEN, "corrections")
     if evidence.track.sigma_heading is not None:
         axes.plot(evidence.t, np.degrees(evidence.track.sigma_heading), color=style.BLACK, linewidth=1.0, dashes=(4, 3))

@@ -1,4 +1,4 @@
-"""A calibration by poses: which directions it has seen, and what is left in each pose and turn, before and after."""
+"""A calibration by poses: their directions, and the residual of each pose and turn, before and after."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -12,7 +12,7 @@ from levelhead.recording import Array
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-MIN_SHARE = 1e-4  # of what is drawn on a logarithmic axis
+MIN_SHARE = 1e-4  # of the largest value on a logarithmic axis
 
 
 def pose_picture(found: PoseCalibration, path: str | Path) -> None:
@@ -23,7 +23,7 @@ def pose_picture(found: PoseCalibration, path: str | Path) -> None:
     """
     part = found.accelerometer
     title = (
-        f"{len(found.force)} poses: what is left of |a| − g falls from {part.before:.2g} to {part.held_out:.2g} m/s²"
+        f"{len(found.force)} poses: the residual of |a| − g falls from {part.before:.2g} to {part.held_out:.2g} m/s²"
     )
     made = style.figure(13.0, 4.6, f"{title} where held out" if part.left_out else title)
     grid = made.subplots(1, 4, width_ratios=(1.0, 1.0, 1.25, 1.25))

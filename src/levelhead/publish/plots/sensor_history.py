@@ -51,7 +51,7 @@ def _date(row: JsonObject) -> datetime | None:
     if row["start_s"] is not None:
         return datetime.fromtimestamp(row["start_s"], UTC)
     for found in DATE.finditer(row["recording"]):
-        with suppress(ValueError):  # eight digits that are no date
+        with suppress(ValueError):  # eight digits that are not a date
             year, month, day = map(int, found.groups())
             return datetime(year, month, day, tzinfo=UTC)
     return None

@@ -18,7 +18,7 @@ MAX_LABEL = 16  # letters of a label beside a panel
 
 
 def stress_picture(result: Stress, path: str | Path) -> None:
-    """Draw the error of every filter through every fault; what exceeds a panel goes along its upper edge.
+    """Draw the error of every filter through every fault; curves beyond a panel go along its upper edge.
 
     Raises:
         LevelheadError: nothing to draw with, or a path that cannot be written.

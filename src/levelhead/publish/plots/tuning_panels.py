@@ -1,4 +1,4 @@
-"""A search of parameters: the error over each of them, and what is gained where it was not looked."""
+"""A search of parameters: the error over each of them, and the gain on the logs that were left out."""
 
 from math import ceil
 from pathlib import Path
@@ -19,7 +19,7 @@ WIDE = 200.0  # highest over lowest value from which a small panel has room for 
 
 
 def tuning_picture(found: Tuning, path: str | Path) -> None:
-    """Draw the error over each parameter searched, and bars of the errors on what was left out.
+    """Draw the error over each parameter searched, and bars of the errors on the logs that were left out.
 
     Raises:
         LevelheadError: no matplotlib, or a path that cannot be written.

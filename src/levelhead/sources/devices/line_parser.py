@@ -1,6 +1,6 @@
 """Lines of numbers that come one by one, CSV, JSON or labelled text: the same rules for names and units as for files.
 
-The first lines are looked at like a file; what was concluded (columns, units) then holds for all that follow.
+The first lines are looked at like a file; the conclusions (columns, units) then hold for all later lines.
 """
 
 import math
@@ -55,12 +55,12 @@ class LineParser:
     """Makes samples of lines.
 
     Args:
-        source: what to call it in sentences.
+        source: its name in sentences.
         hints: as for files, checked.
 
     Attributes:
         garbage: lines so far that were no line of numbers.
-        conclusions: what was assumed.
+        conclusions: the assumptions.
     """
 
     def __init__(self, source: str, hints: Hints) -> None:
@@ -205,7 +205,7 @@ class LineParser:
         return [part.get(name, math.nan) for name in names]
 
     def _learn(self) -> bool:
-        """Concludes columns and units from what was seen; False: more lines are needed."""
+        """Concludes columns and units from the lines so far; False: more lines are needed."""
         lines = [text for text, _ in self._seen]
         self._layout, self._part = None, {}
         if lines[-1].startswith("{"):

@@ -17,7 +17,7 @@ class Replay:
     """Samples of a recording, as they would have come.
 
     Args:
-        recording: what is played; NaN stays NaN, a magnetometer row with NaN in it is nothing new.
+        recording: the recording; NaN stays NaN, a magnetometer row with NaN in it is nothing new.
         speed: 1: as it was; 2: twice as fast; inf: as fast as it is asked for.
         clock: host time in s.
 

@@ -27,7 +27,7 @@ UNREADABLE_TIME, UNREADABLE_BYTES = (
     1.0,
     64,
 )  # s and bytes without a sample, after which the speed of the line is doubted
-UNREADABLE_SHARE = 0.1  # of bytes that are no text; at the wrong speed it is about one half
+UNREADABLE_SHARE = 0.1  # of bytes that are not text; at the wrong speed it is about one half
 TEXT = frozenset(b"\t\r\n") | frozenset(range(32, 127))
 
 
@@ -123,7 +123,7 @@ class SerialLines:
         return self._in_order(samples)
 
     def _check_speed(self, data: bytes, at: float, understood: bool) -> None:
-        """Doubts the speed of the line, once, where bytes come that are no text and make no sample."""
+        """Doubts the speed of the line, once, where bytes come that are not text and make no sample."""
         if understood:
             self._unread = None
             return

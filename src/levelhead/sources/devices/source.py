@@ -9,7 +9,7 @@ class Source(Protocol):
     """Samples as they come.
 
     Attributes:
-        name: what to call it.
+        name: its name.
         rate: samples a second; 0: not known.
         gyr_range: full scale in °/s; 0: not known.
         acc_range: full scale in m/s²; 0: not known.
@@ -34,7 +34,7 @@ class Source(Protocol):
         """Makes it ready.
 
         Raises:
-            SensorError: it cannot be reached, or is not what it should be.
+            SensorError: it cannot be reached, or is another device.
         """
         ...
 

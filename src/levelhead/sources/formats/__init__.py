@@ -37,13 +37,13 @@ class Format:
     """A kind of file.
 
     Attributes:
-        name: what people call it.
+        name: its usual name.
         suffixes: of its files.
         tables: the function that reads one.
-        extra: what must be installed for it ("levelhead[…]"), or "".
+        extra: the extra that it needs ("levelhead[…]"), or "".
         devices: who writes it, for the docs.
-        reads: what is read of it, for the docs.
-        leaves: what is not.
+        reads: the content that is read, for the docs.
+        leaves: the content that is not.
         attitudes: the orientations that the device computed, by name, where a file holds some.
         matches: whether the first bytes of a file are of this kind; None: its suffix settles it.
     """

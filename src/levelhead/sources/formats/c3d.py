@@ -113,7 +113,7 @@ def _places(file: Untyped, markers: Sequence[str], source: str) -> tuple[Array, 
         if name not in labels:
             raise LevelheadError(f"{source} has no marker {name!r}; {nearest(name, labels)}")
     if len(set(markers)) < 3:
-        raise LevelheadError(f"{source}: {', '.join(markers)} is no rigid body; expected three markers or more")
+        raise LevelheadError(f"{source}: {', '.join(markers)} is not a rigid body; expected three markers or more")
     rows = [labels.index(name) for name in markers]
     points = np.ascontiguousarray(file["data"]["points"][:3, rows].transpose(2, 1, 0), np.float64)
     known = np.isfinite(points).all(axis=(1, 2)) & (file["data"]["meta_points"]["residuals"][0, rows] >= 0.0).all(

@@ -14,7 +14,7 @@ DEPTH = 3  # folders in folders
 
 
 class Member(NamedTuple):
-    """One file of a recording: where it lies, what it is called beside the others, what errors call it."""
+    """One file of a recording: its place, its name beside the others, its name in errors."""
 
     path: Path
     name: str

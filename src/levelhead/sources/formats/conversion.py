@@ -1,4 +1,4 @@
-"""Files that sensors and phones write and levelhead does not read: what converts them, or what they lack.
+"""Files that sensors and phones write and levelhead does not read: their converter, or the part that they lack.
 
 From the documentation of each project: the FIT SDK of Garmin, ISO/IEC 14496-12 (MP4), Project Aria's VRS, Xsens MT
 Manager and MVN, Betaflight's blackbox-tools, Apple's HealthKit.

@@ -41,7 +41,7 @@ class Dialect(NamedTuple):
 
 
 def _unwrapped_tables(file: TextFile) -> Sequence[Table]:
-    """The tables of the text without what wraps its lines."""
+    """The tables of the text without the wrapping of its lines."""
     return sniff(wrapped_lines.unwrap_file(file))
 
 

@@ -115,10 +115,10 @@ def _line_tables(text: str, source: str) -> Sequence[Table]:
 def _json_lines(text: str, source: str) -> JsonTable:
     """The numbers of JSON lines by name, NaN where a line does not have one, by the rules for serial lines.
 
-    The first and the last line may be cut, because whoever kept them came late and was stopped; that is noted.
+    The first and the last line may be cut, because the recorder started late and was stopped; that is noted.
 
     Raises:
-        LevelheadError: a line between them is no JSON object of numbers, or there is none at all.
+        LevelheadError: a line between them is not a JSON object of numbers, or there is none at all.
     """
     given = [(k, line) for k, line in enumerate(lines_of(text), 1) if line.strip() and not is_comment(line)]
     rows, lines, conclusions = [], [], []
@@ -159,7 +159,7 @@ def flatten_line(text: str) -> dict[str, float]:
 
 
 def _load(line: str, constant: Callable[[str], float | None] = lambda _: None) -> Any:
-    """The value in a line of JSON, or in what Python prints of a dictionary.
+    """The value in a line of JSON, or in a dictionary as Python prints it.
 
     Raises:
         ValueError: neither.
@@ -435,7 +435,7 @@ def _flatten_object(item: JsonObject, prefix: str) -> JsonObject:
 
 
 def _numbers(column: Sequence[Any]) -> Any:
-    """(n,) int64 if all are whole numbers, else float64 with NaN for what is none; numbers in quotes count."""
+    """(n,) int64 if all are whole numbers, else float64 with NaN for other values; numbers in quotes count."""
     texts = [item if not isinstance(item, str) else item.strip() for item in column]
     try:
         if all(map(_is_whole, texts)):

@@ -17,7 +17,7 @@ from levelhead.sources.hints import Hints
 from levelhead.sources.table import ArrayTable
 
 HDF5 = b"\x89HDF\r\n\x1a\n"
-_REFERENCE = ("s0", "s1", "s2", "arr")  # fields of what SciPy gives for an object
+_REFERENCE = ("s0", "s1", "s2", "arr")  # fields of SciPy's result for an object
 _HEADER = 128  # bytes
 _PLAIN = frozenset((1, 2, 3, 4, 5, 6, 7, 9, 12, 13, 16, 17, 18))  # numbers and letters
 _FLAGS, _MATRIX, _COMPRESSED = 6, 14, 15
@@ -79,7 +79,7 @@ def _flatten(name: str, value: Any, arrays: JsonObject, texts: list[str]) -> Non
 
 
 def check_tags(raw: bytes) -> None:
-    """Walks through all elements of a file of version 5 to 7 that are whole; what is cut off is left to SciPy.
+    """Walks through all elements of a file of version 5 to 7 that are whole; a file that is cut off is left to SciPy.
 
     SciPy takes the type from the file for an index, and a damaged one ends the process (SciPy pull request 25829). The
     format: MAT-File Format, MathWorks, 2024, chapter 1. Each element is a tag of 8 bytes, type and size, and the data;

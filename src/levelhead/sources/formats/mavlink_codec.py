@@ -114,7 +114,7 @@ def _message(frame: bytes, version: int, head: int) -> MavlinkMessage | None:
     if checksum(frame[1:-2] + bytes([layout.crc_extra])) != int.from_bytes(frame[-2:], "little"):
         return None
     size = layout.format.size
-    payload = frame[head:-2][:size].ljust(size, b"\x00")  # zeros at the end are left out; what follows is an extension
+    payload = frame[head:-2][:size].ljust(size, b"\x00")  # zeros at the end are left out; the rest is an extension
     return MavlinkMessage(
         number, system, component, dict(zip(layout.fields, layout.format.unpack(payload), strict=True))
     )

@@ -89,7 +89,7 @@ def _seconds(rows: Mapping[str, Array]) -> Array:
 
 
 def _read(path: Path) -> dict[Source, dict[str, Array]]:
-    """The fields of the messages that are wanted; bytes that are no message are passed over."""
+    """The fields of the messages that are wanted; bytes outside of messages are passed over."""
     data = path.read_bytes()
     wanted = {*NAMES, ATTITUDE, ATTITUDE_QUATERNION}
     rows: dict[Source, list[dict[str, float]]] = defaultdict(list)

@@ -2,7 +2,7 @@
 
 By the MVN User Manual (MVNX): <subject frameRate="240"><sensors><sensor label="Pelvis"/>…</sensors><frames>
 <frame time="4" type="normal"><sensorFreeAcceleration>…, <sensorMagneticField>…. Older files have
-<acceleration> and <angularVelocity> of segments only, in the earth frame, which are no sensor's readings.
+<acceleration> and <angularVelocity> of segments only, in the earth frame, which are not a sensor's readings.
 """
 
 from collections.abc import Sequence

@@ -128,7 +128,7 @@ def _read_aiding_sensor(kind: type[Pressure | Gnss], name: str, arrays: Mapping[
     if not found:
         return None
     if missing := [key for key in ("t", "values") if key in keys and key not in found]:
-        raise LevelheadError(f"{name} lacks {', '.join(missing)}; expected what levelhead wrote")
+        raise LevelheadError(f"{name} lacks {', '.join(missing)}; expected a file by levelhead")
     return kind(**found)
 
 
@@ -137,14 +137,14 @@ def _own(path: Path, arrays: Mapping[str, NDArray[Any]]) -> Recording:
         raise LevelheadError(f"{path} was written by a newer levelhead; expected format {_VERSION}")
     missing = [name for name in ("t", "gyr", "acc", "meta") if name not in arrays]
     if missing:
-        raise LevelheadError(f"{path} lacks {', '.join(missing)}; expected what levelhead wrote")
+        raise LevelheadError(f"{path} lacks {', '.join(missing)}; expected a file by levelhead")
     try:
         meta = json.loads(str(arrays["meta"]))
         if not isinstance(meta, dict):
             raise ValueError
         meta["conclusions"] = [Conclusion.from_dict(one) for one in meta.get("conclusions", ())]
     except (ValueError, TypeError, KeyError):
-        raise LevelheadError(f"{path}: meta is not what levelhead wrote; expected JSON") from None
+        raise LevelheadError(f"{path}: meta is not JSON by levelhead") from None
     truth = None
     if "truth_quat" in arrays:
         north = bool(np.all(arrays.get("truth_north", np.array(True))))

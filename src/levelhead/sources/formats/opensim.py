@@ -44,7 +44,7 @@ def read_mot(path: str | os.PathLike[str]) -> tuple[Array, dict[str, Array]]:
     """Stamps (n,) in s, and the columns (n,) of a motion file; angles in degrees, whatever the file's unit.
 
     Raises:
-        LevelheadError: no storage file, a cell that is no number, or stamps that do not increase.
+        LevelheadError: not a storage file, a cell that is not a number, or stamps that do not increase.
     """
     head, names, rows = _storage(path)
     columns = [_numbers(path, name, [row[i] for row in rows]) for i, name in enumerate(names)]
@@ -63,7 +63,7 @@ def _storage(path: str | os.PathLike[str]) -> tuple[dict[str, str], list[str], l
     lines = text.splitlines()
     end = next((i for i, line in enumerate(lines) if line.strip().lower() == "endheader"), None)
     if end is None or len(lines) < end + 3:
-        raise LevelheadError(f"{path} is no storage file of OpenSim; expected a head, endheader, names and rows")
+        raise LevelheadError(f"{path} is not a storage file of OpenSim; expected a head, endheader, names and rows")
     pairs = (line.partition("=") for line in lines[:end])
     head = {key.strip().lower(): value.strip() for key, sign, value in pairs if sign}
     names = lines[end + 1].split()
@@ -79,7 +79,7 @@ def _numbers(path: str | os.PathLike[str], name: str, cells: list[str]) -> Array
     try:
         values = np.array(cells, np.float64)
     except ValueError:
-        raise LevelheadError(f"{path}: a cell of {name} is no number") from None
+        raise LevelheadError(f"{path}: a cell of {name} is not a number") from None
     if not np.isfinite(values).all():
         raise LevelheadError(f"{path}: {name} has no finite number in row {int(np.argmin(np.isfinite(values))) + 1}")
     if name == "time" and (np.diff(values) <= 0.0).any():

@@ -156,7 +156,7 @@ def pack_field(stamp: int, mag: Sequence[float], frame: str = FRAME) -> bytes:
 
 
 def acceleration_covariance(sigma: Sequence[float] | None) -> tuple[float, ...]:
-    """The 36 numbers of a covariance of acceleration; that of the angular part says that it is not carried."""
+    """The 36 numbers of a covariance of acceleration; that of the angular part marks it as absent."""
     x, y, z = variances(sigma)[::4]
     rows = np.diag([x, y, z, ABSENT[0], 0.0, 0.0])
     return tuple(rows.ravel().tolist())

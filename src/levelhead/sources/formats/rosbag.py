@@ -87,7 +87,7 @@ def tables(path: Path, display_path: str, hints: Hints) -> list[ArrayTable]:
             return others
     except (LevelheadError, MemoryError):
         raise
-    except Exception as error:  # rosbags raises what its YAML, SQLite and MCAP readers raise
+    except Exception as error:  # rosbags passes on the errors of its YAML, SQLite and MCAP readers
         raise LevelheadError(f"{path} is not a ROS bag, or it is damaged") from error
     table = _one_topic(path, found, hints)
     place = _place(found)
@@ -161,7 +161,7 @@ def _topics_of_any_type(path: Path) -> list[ArrayTable]:
 def _topic_table(
     path: Path, connection: Untyped, messages: Iterator[tuple[int, bytes]], definitions: Definitions, first: bool
 ) -> ArrayTable | None:
-    """The numbers of a topic's messages as columns; None if they are no sensor's."""
+    """The numbers of a topic's messages as columns; None if they are not a sensor's."""
     rows: list[tuple[int, dict[str, float]]] = []
     for arrived, data in messages:
         try:

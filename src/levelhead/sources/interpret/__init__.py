@@ -1,4 +1,4 @@
-"""From a table to a Recording: ``interpret`` finds out what its columns mean, ``apply`` makes the recording of that."""
+"""From a table to a Recording: ``interpret`` finds the meaning of its columns, ``apply`` uses it."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace

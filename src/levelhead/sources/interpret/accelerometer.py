@@ -24,7 +24,7 @@ from levelhead.sources.table import Table
 from levelhead.units import GRAVITY
 
 MIN_UNIT = 0.6  # of the units in use g is the largest, and gravity is 1 of it
-_FULL_SCALES = (1 / 2, 1 / 4, 1 / 8, 1 / 16)  # what gravity is in shares of ±2, 4, 8, 16 g
+_FULL_SCALES = (1 / 2, 1 / 4, 1 / 8, 1 / 16)  # gravity in shares of ±2, 4, 8, 16 g
 _MIN_COUNTS = 50.0  # per g
 _MAX_DEVIATION = 0.05  # by which a length may differ from one of them
 MIN_GRAVITY = 0.35  # of the median length: a shorter mean, and no usual length, is an accelerometer without gravity
@@ -171,7 +171,7 @@ def _of_no_unit(values: Array, norm: float, table: Table) -> NeedsHints:
     if unit is not None:
         return NeedsHints(
             f"{table.source}: the accelerometer has median length {norm:.4g}, which is {unit} only on a body that runs "
-            f"or is shaken, and the gyroscope does not confirm it; expected the hint units acc={unit}, or what it is",
+            f"or is shaken, and the gyroscope does not confirm it; expected the hint units acc={unit}, or another one",
             units={"acc": unit},
         )
     return NeedsHints(
@@ -262,7 +262,7 @@ def acc_unit(norm: float, low: float = 0.7, high: float = 1.4) -> str | None:
 
 
 def unit_while_running(values: Array) -> str | None:
-    """The unit in which (n, 3) ``values`` may be what a body that runs feels: more than gravity, and in flight less.
+    """The unit in which (n, 3) ``values`` may be the forces of a body that runs: more than gravity, and in flight less.
 
     None if their lengths are not those of a runner in any unit: numbers of another size keep their usual length.
     """

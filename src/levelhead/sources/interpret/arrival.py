@@ -47,7 +47,7 @@ class Restored(NamedTuple):
     Attributes:
         t: (n,) s.
         rows: whose stamps were changed.
-        jitter: s, rms of what they were late beyond the mean.
+        jitter: s, rms of their latency beyond the mean.
         lost: samples that are missing between them.
     """
 
@@ -72,7 +72,7 @@ class _Sums(NamedTuple):
 
 
 def restore_clock(t: Array, values: Array | None) -> Restored | None:
-    """The sensor's own clock under (n,) increasing stamps ``t`` in s; None where they are to be believed.
+    """The sensor's own clock under (n,) increasing stamps ``t`` in s; None where they are right.
 
     ``values`` (n, k) are the readings beside them; without them nothing is known, and None is returned.
     """
@@ -184,7 +184,7 @@ def _only_stamps_are_late(t: Array, values: Array, stretches: list[_Stretch]) ->
 
 
 def _regress(x: Array, late: Array, inner: np.ndarray) -> _Sums:
-    """Sums over the rows 2 … n-3 of which ``inner`` tells that no sample is lost beside them; ``late`` in intervals.
+    """Sums over the rows 2 … n-3 that ``inner`` marks as free of losses beside them; ``late`` in intervals.
 
     The neighbours' prediction is the cubic through them, (-1, 4, 4, -1)/6. The sums are divided by the variance of the
     rest, so that columns of any unit add up.

@@ -42,7 +42,7 @@ Triple = tuple[int, ...]
 
 
 class Guess(NamedTuple):
-    """Positions of what was found; None or () if it was not."""
+    """Positions of the columns found; None or () if it was not."""
 
     t: int | None
     acc: tuple[int, ...]
@@ -163,7 +163,7 @@ def _single_varying_sensor(table: Table, varying: Sequence[int], guess: Guess, v
     """The columns that vary as one sensor.
 
     Raises:
-        LevelheadError: there are too many or too few of them, and what the others may be was not found either.
+        LevelheadError: there are too many or too few of them, and the others were not identified either.
     """
     if len(varying) in _ONE_SENSOR and len(varying) > 1:
         return _one_sensor(table, varying)
@@ -176,7 +176,7 @@ def _single_varying_sensor(table: Table, varying: Sequence[int], guess: Guess, v
 
 
 def _guess_levels_or_increments(values: Array, stamps: Sequence[int]) -> tuple[Guess, float]:
-    """(what the columns are, 0), or, where they are increments since the row before, (the same, s from row to row)."""
+    """(the columns' meaning, 0), or, where they are increments since the row before, (the same, s from row to row)."""
     guess = guess_columns(values[:_MAX_ROWS], stamps)
     if guess.acc or guess.t is None:
         return guess, 0.0

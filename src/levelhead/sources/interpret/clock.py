@@ -94,7 +94,7 @@ def find_clock(table: Table, roles: Roles, hints: Hints, columns: Mapping[int, C
 
 
 def _refuse_loss(clock: Clock, count: int, table: Table, name: str) -> None:
-    """Refuses stamps that would leave little of ``count`` rows; another session and repeated rows are no loss.
+    """Refuses stamps that would leave little of ``count`` rows; another session and repeated rows are not losses.
 
     Raises:
         NeedsHints: more than a tenth is lost, or less than a second is left.

@@ -36,9 +36,9 @@ class Clock(NamedTuple):
     Attributes:
         t: (n,) seconds of the rows that are kept.
         scale: of one stamp.
-        start: what was subtracted, in stamps; 0 if nothing was.
+        start: the subtracted start, in stamps; 0 if nothing was.
         t0: the same in seconds; None if nothing was.
-        conclusions: what was concluded about them.
+        conclusions: the conclusions about them.
         rows: which rows of the table are kept; None: all.
     """
 
@@ -98,7 +98,7 @@ def _factor(one: Candidate) -> float | None:
 
 
 def _fraction(one: Candidate) -> float | None:
-    """The unit, in s, of a column that holds what is left of a second: whole numbers that stay below a second."""
+    """The unit, in s, of a column that holds the fraction of a second: whole numbers that stay below a second."""
     factor = _factor(one)
     if factor not in (1e-9, 1e-6) or not _whole(one.stamps) or len(one.stamps) < 3:
         return None
@@ -170,7 +170,7 @@ def _span(stamps: Column, count: int) -> float:
 def choose(candidates: Sequence[Candidate]) -> tuple[Candidate, list[Conclusion]]:
     """The clock among several columns with time in their names, and conclusions about the choice.
 
-    The most even one is taken; of equals, the one whose rate most others have, then the first that is no counter.
+    The most even one is taken; of equals, the one whose rate most others have, then the first that is not a counter.
     """
     if len(candidates) == 1:
         return candidates[0], []

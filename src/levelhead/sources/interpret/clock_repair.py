@@ -30,7 +30,7 @@ class Repair(NamedTuple):
     Attributes:
         stamps: (m,) in the unit that they had.
         rows: which rows are kept; None: all.
-        conclusions: what was repaired; their facts lack the name of the column.
+        conclusions: the repairs; their facts lack the name of the column.
     """
 
     stamps: Column
@@ -110,7 +110,7 @@ def _count_on(stamps: Column) -> tuple[Column, float]:
         return stamps, 0.0
     typical = float(np.median(steps[steps > 0]))
     for size in _SIZES:
-        over = steps[back] + size  # what the step was, if the counter is that large
+        over = steps[back] + size  # the step, if the counter is that large
         if (over > 0.0).all() and (over < _GAP * typical).all() and float(stamps.max()) < size:
             turns = np.concatenate([[0], np.cumsum(steps < 0)])
             whole = stamps.dtype.kind == "i" and float(size).is_integer()

@@ -20,11 +20,11 @@ class Chip(NamedTuple):
     """Counts per unit at each full scale.
 
     Attributes:
-        name: what people call it.
+        name: its usual name.
         acc: per g.
         gyr: per deg/s.
         mag: per µT, of the magnetometer beside it on boards.
-        rarity: what its choice costs beside the commonest.
+        rarity: the cost of its choice beside the commonest.
         usual: the one of ``gyr`` after power-up, or none.
     """
 

@@ -92,7 +92,7 @@ def gyr_scale(
 
 
 def _concluded(found: GyroscopeUnit, table: Table, evidence: Evidence) -> Scale:
-    """The scale of what was found.
+    """The scale of the unit found.
 
     Raises:
         NeedsHints: nothing was.

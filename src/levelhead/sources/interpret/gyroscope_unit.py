@@ -24,11 +24,11 @@ DECISIVE = 25.0  # cost by which the second candidate is dearer, from which noth
 _DECIMALS = {RADIANS: 0.0, DEGREES: 2.7}  # cost of a unit for numbers with decimals: drivers prefer rad/s
 _WHOLE, _AVERAGED = 8.0, 14.0  # of whole numbers in such a unit; of counts with decimals
 _UNUSUAL = 0.3  # of a full scale that is not the one after power-up
-_TURN_ERROR, _UNSURE = 0.08, 0.5  # σ of log scale by gravity's turn; what an imperfect correlation adds to it
+_TURN_ERROR, _UNSURE = 0.08, 0.5  # σ of log scale by gravity's turn; addition for an imperfect correlation
 _MAX_UNCLEAR = 20.0  # cost of a turn that is not clear: other forces may bias it
 _MAX_TURN_ERROR, _MAX_UNIT_ERROR = 0.35, math.log(2.0)  # of the logarithm, beyond which a clear turn excludes
 _MIN_GUESS_CORRELATION = 0.4  # correlation from which a comparison is worth a guess
-_STEP = 40.0  # cost of a unit in which the step of the numbers is no chip's, if it is one in the other
+_STEP = 40.0  # cost of a unit in which the numbers' step is not a chip's, if it is one in the other
 _MEAN_FORCE = _STEADY = 30.0  # cost of a unit that turns gravity away
 _USUAL_NOISE, _NOISE_SPREAD = 0.08, 0.9  # deg/s rms at rest, a factor of 2.5 either way
 _TAIL = 2.0  # σ beyond which a cost grows no longer as a square
@@ -45,12 +45,12 @@ _SHAKEN = 0.98  # a body that hardly turns and that nothing shakes holds gravity
 _MOVED = 0.5  # m/s² rms about its mean, from which the force of a window is not that of a sensor at rest
 _TILTED = 0.06  # rad rms in a window, from which the gyroscope shows a tilt; by its noise alone it is 0.03
 _CANCELLED = 0.45  # of the mean force is left, at most, where rates in deg/s are taken for rad/s; a bias leaves more
-_DRIFTED = 2.5  # between the means of a window's halves, by what shakes it: in rad/s 0.1 to 2.4, the most by bias
+_DRIFTED = 2.5  # between the means of a window's halves, by shaking: in rad/s 0.1 to 2.4, the most by bias
 _SEEN = 0.06  # of its tilt that the force shows: in rad/s 0.07 and more, the least on drones; in deg/s 1/57 and noise
 _IMPOSSIBLE = 1e6  # no gyroscope's number in either unit
 _FULL, _OFTEN, _CLIPPED = 0.9999, 10, 0.01  # of the largest number; rows and share of rows that show full scale
 _ROWS, _MIN_NUMBERS = 20_000, 12  # that show a step; different numbers of an axis by which it is found
-_MAX_SHARE = 0.5  # share of the numbers that may differ: more are no multiples of a step, or too few samples
+_MAX_SHARE = 0.5  # share of the numbers that may differ: more are not multiples of a step, or too few samples
 _FRACTION = 0.12  # rms by which multiples may miss whole numbers: 0.29 for numbers without a step
 _MAX_STEP_ERROR = 0.004  # by which a step may differ from a chip's: decimals of a text
 
@@ -302,7 +302,7 @@ def _by_mean_force(t: Array, gyr: Array, acc: Array) -> str | None:
     """The unit from the mean force over seconds in which the sensor moves; None: no evidence.
 
     Turned back by rates that are 57 times too large the force cancels, or scatters. If it keeps its mean instead,
-    although they say that the sensor tilted, they are right; unless the force shows no tilt, as on a calm vehicle in
+    although by the rates the sensor tilted, they are right; unless the force shows no tilt, as on a calm vehicle in
     deg/s. A bias scatters the force too, and does not cancel it.
     """
     gyr = np.where(np.abs(gyr) < _IMPOSSIBLE, gyr, np.nan)  # the same windows in both units

@@ -24,7 +24,7 @@ _NORTH = ("opt_quat", "truth_q")  # BROAD's, and levelhead's own; their earth fr
 def judge_reference(
     table: Table, roles: Roles, columns: Mapping[int, Column], acc: Array, found: list[Conclusion]
 ) -> bool:
-    """Whether the reference in the columns of ``roles`` is of use; appends to ``found`` what was concluded.
+    """Whether the reference in the columns of ``roles`` is of use; appends the conclusions to ``found``.
 
     ``acc`` (n, 3) m/s² is the specific force, whose mean must point up in the reference's world.
 

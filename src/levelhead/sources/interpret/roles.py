@@ -24,7 +24,7 @@ from levelhead.sources.names.column_name import Name, holds_gravity, split, unde
 _USER = re.compile("user|linear", re.IGNORECASE)  # acceleration without the gravity beside it
 _MINUS = re.compile(r"\s*[-−]\s*[^\W\d]")  # before a name; "- 1" is none
 _SENSORS = ("gyr", "acc", "mag")
-NEEDED = ("gyr", "acc")  # without which a log is no recording
+NEEDED = ("gyr", "acc")  # without which a log is not a recording
 _EXAMPLE = {"gyr": "gyr_x, gyr_y, gyr_z", "acc": "acc_x, acc_y, acc_z"}
 
 
@@ -68,7 +68,7 @@ def assign(
 
     ``hints`` is the map of ``sources.hints``: a role with no names is left out. The roles in ``unit_known`` may have
     any unit in their names, because a hint gives theirs. ``sensor`` is a word that the names of the wanted unit of
-    sensors share; ``context`` is what the file or sheet is called; ``filled`` are the positions of columns that hold
+    sensors share; ``context`` is the name of the file or sheet; ``filled`` are the positions of columns that hold
     numbers at all, ``stamps`` those of columns of dates; ``needed`` are the sensors without which it refuses.
 
     Of several sets of columns for one sensor the plainest is taken: not the linear, filtered, raw or uncalibrated one;

@@ -25,7 +25,8 @@ MIN_CORRELATION = 0.75  # correlation of gravity's turn with the rates
 def suggest(error: LevelheadError, table: Table, hints: Hints) -> LevelheadError:
     """The error, with a map of columns that look like a gyroscope and an accelerometer, if there are such.
 
-    Gravity's length and its turn against the rates tell them, as in a file without a header. Names need not be known.
+    Gravity's length and its turn against the rates determine them, as in a file without a header. Names need not be
+    known.
     """
     known = [understand(name, table.context) for name in table.names]
     wanted = [i for i in range(len(table.names)) if i not in words_of(table)][:MAX_COLUMNS]

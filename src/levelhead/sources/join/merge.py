@@ -320,8 +320,8 @@ def _clocks(chosen: Mapping[str, SensorColumns], hints: Hints) -> tuple[dict[str
 def _clock(sensor: SensorColumns, hints: Hints, absolute: bool) -> tuple[SensorClock, list[Conclusion]]:
     """The clock of a sensor.
 
-    Of several clocks in its table, one that counts from a date if ``absolute``: time since a file's own start says
-    nothing beside another file.
+    Of several clocks in its table, one that counts from a date if ``absolute``: time since a file's own start has no
+    meaning beside another file.
 
     Raises:
         LevelheadError: no stamps, or none that increase.
@@ -370,7 +370,7 @@ def _clock_candidates(sensor: SensorColumns, hints: Hints) -> list[Candidate]:
 def _align(
     source: str, chosen: Mapping[str, SensorColumns], clocks: Mapping[str, SensorClock]
 ) -> tuple[dict[str, Column], list[Conclusion]]:
-    """(the sensors as columns on the gyroscope's stamps, what was done to them).
+    """(the sensors as columns on the gyroscope's stamps, the conclusions about them).
 
     Raises:
         LevelheadError: gyroscope and accelerometer do not overlap in time.

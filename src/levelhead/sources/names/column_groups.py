@@ -25,7 +25,7 @@ class ColumnGroup(NamedTuple):
     Attributes:
         positions: x, y, z.
         names: as the file spells them.
-        rank: 0 for the sensor itself, more for duplicates and what was derived from it.
+        rank: 0 for the sensor itself, more for duplicates and derived columns.
         words: the rest of the name beside sensor, axis and unit, which distinguishes several sensors.
     """
 
@@ -51,7 +51,7 @@ class ColumnGroup(NamedTuple):
 
 
 def column_group(positions: Sequence[int], names: Sequence[str], context: str = "") -> ColumnGroup:
-    """The group of columns with these names; ``context`` is what their file or sheet is called."""
+    """The group of columns with these names; ``context`` is the name of their file or sheet."""
     words: set[str] = set()
     for name in (names[0], context):
         for token in split(name):

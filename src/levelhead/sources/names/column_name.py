@@ -51,7 +51,7 @@ class Name:
         role: "t", "gyr", "acc", "mag", "q", "bias", "moving", "seen" (whether the reference is good), or "" when it is
             none of them.
         axis: "x", "y", "z", "w" or a digit; "" if the name has none.
-        stem: what is left without axis and unit, in lower case: columns that share it belong together.
+        stem: the rest without axis and unit, in lower case: columns that share it belong together.
         exact: a time that is called just that, before "gps_time" and the like.
         reference: a quaternion whose name shows a reference system.
     """
@@ -319,7 +319,7 @@ def unit_in(raw: str, role: str, source: str) -> str | None:
     """The unit that a name gives to a quantity: in brackets, or as its last words (acc_x_mg, time_us); None if none.
 
     Raises:
-        LevelheadError: brackets hold what looks like a unit but is none; the nearest is named.
+        LevelheadError: brackets hold text that looks like a unit but is not one; the nearest is named.
     """
     quantity = QUANTITY[role]
     inside: list[str] = [_bare(text) for text in _BRACKETS.findall(raw) if text.strip() and not text.strip().isdigit()]

@@ -13,7 +13,7 @@ class Vendor(NamedTuple):
     """A program or device.
 
     Attributes:
-        name: what people call it.
+        name: its usual name.
         marks: patterns, each of which some column's name must match.
         units: role to unit, where its files do not have it.
     """
@@ -49,7 +49,7 @@ VENDORS = (
 )
 
 
-_GYROFLOW = {"gyr": ("gscale", 1.0, "rad/s"), "acc": ("ascale", GRAVITY, "g")}  # what a number is, in these units
+_GYROFLOW = {"gyr": ("gscale", 1.0, "rad/s"), "acc": ("ascale", GRAVITY, "g")}  # the value of a number, in these units
 
 
 def gyroflow_scale(role: str, preamble: Sequence[str]) -> Scale | None:

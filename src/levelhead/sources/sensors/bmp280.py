@@ -15,7 +15,7 @@ RESET_WORD = 0xB6
 NORMAL_X2_X16 = 2 << 5 | 5 << 2 | 3  # temperature × 2, pressure × 16, normal mode: table 15, "handheld device dynamic"
 STANDBY_05_FILTER_4 = 2 << 2  # 0.5 ms, IIR filter 4
 INTERVAL = 0.04  # s: with these settings a measurement takes 37.5 ms at most (table 13), and 0.5 ms lie between two
-SKIPPED = 0x80000  # what the registers hold before the first measurement
+SKIPPED = 0x80000  # content of the registers before the first measurement
 
 
 class Trim(NamedTuple):

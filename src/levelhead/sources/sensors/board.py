@@ -171,7 +171,7 @@ class Board:
         return sum(one.port.failed for one in self.drivers)
 
     def start(self) -> None:
-        """Sets up all chips; what the FIFOs held is forgotten.
+        """Sets up all chips; the content of the FIFOs is discarded.
 
         Raises:
             SensorError: a chip does not answer, or is another one.
@@ -183,7 +183,7 @@ class Board:
     restart = start
 
     def poll(self) -> list[Sample]:
-        """The samples that are new, the oldest first; the last one carries what magnetometer and barometer have new.
+        """The samples that are new, the oldest first; the last one carries new readings of magnetometer and barometer.
 
         Raises:
             SensorError: the inertial chip does not answer, or gives impossible readings.

@@ -70,7 +70,7 @@ class HMC5883L:
         """The field in µT, or None if there is nothing new, or more than the range holds.
 
         The registers stand in the order x, z, y, and the high byte comes first. The flag in the status register goes
-        down only when the chip writes again, so what was read a moment ago is not taken twice.
+        down only when the chip writes again, so a reading is not taken twice.
 
         Raises:
             SensorError: the chip does not answer.

@@ -55,7 +55,7 @@ class FifoChip(NamedTuple):
         gyr_codes: full scale in °/s → register code.
         acc_codes: full scale in g → register code.
         configure: identifies the chip, resets it, writes the settings.
-        empty: discards what the FIFO holds.
+        empty: discards the content of the FIFO.
         level_register: of the two bytes of the FIFO's level.
         level: those bytes → FifoLevel; None: bytes that the chip cannot give.
         fifo_register: where the FIFO is read.
@@ -152,7 +152,7 @@ class FifoImu:
         self.empty()
 
     def empty(self) -> None:
-        """Discards what the FIFO holds; it fills again from here."""
+        """Discards the content of the FIFO; it fills again from here."""
         self._unpaired = []
         self._chip.empty(self.port)
 

@@ -24,7 +24,7 @@ BANDWIDTHS = {184.0: 1, 94.0: 2, 44.0: 3, 21.0: 4, 10.0: 5, 5.0: 6}  # Hz of the
 
 
 def bandwidth_for(rate: float) -> int:
-    """The filter code of the highest bandwidth below half the rate: what is above it would be aliased."""
+    """The filter code of the highest bandwidth below half the rate: higher frequencies would be aliased."""
     return next((code for hertz, code in BANDWIDTHS.items() if hertz <= 0.5 * rate), 6)
 
 

@@ -26,7 +26,7 @@ class SampleClock:
         self._begin()
 
     def _begin(self) -> None:
-        self._nominal = self.period  # what the slope is drawn to while there are few readings
+        self._nominal = self.period  # the slope's prior while there are few readings
         self._weight = self._x = self._y = self._xx = self._xy = 0.0
         self._seen = 0.0  # the sums are about the last observation, so that nothing grows
 

@@ -1,4 +1,4 @@
-"""Lines of text as cells, and what a cell is: a number, a stamp, missing, a word."""
+"""Lines of text as cells, and the kind of a cell: a number, a stamp, missing, a word."""
 
 import csv
 import math

@@ -186,7 +186,7 @@ class _Rows:
         self.source, self.layout, self.line = source, layout, line
         self.width = len(layout.names)
         self.lines: Sequence[int] | None = None  # line numbers, when they are not simply consecutive
-        self.torn: dict[int, str] = {}  # number of a line, and what is wrong with it
+        self.torn: dict[int, str] = {}  # number of a line, and its fault
         self.bad: dict[int, tuple[int, str]] = {}  # row to column and cell
         if "\0" in text:
             at = line + text[: text.index("\0")].count("\n")
@@ -321,7 +321,7 @@ def read_by_arrow(
 ) -> dict[int, Column] | None:
     """Columns of a big text file; None when pyarrow is not there or does not like the file.
 
-    Then ``TextTable`` reads it by itself: it reads what is unusual, and its errors name the cell.
+    Then ``TextTable`` reads it by itself: it reads unusual cells, and its errors name the cell.
     """
     try:
         import pyarrow as pa
@@ -329,7 +329,7 @@ def read_by_arrow(
         return None
     if layout.delimiter == " ":
         return None
-    with open(source, "rb") as file:  # no more rows than that; what is not written takes no memory
+    with open(source, "rb") as file:  # no more rows than that; unwritten pages take no memory
         room = 1 + sum(block.count(b"\n") + block.count(b"\r") for block in iter(lambda: file.read(_BLOCK), b""))
     found: dict[int, Column] = {}
     for i in wanted:

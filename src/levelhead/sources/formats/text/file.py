@@ -18,7 +18,7 @@ class TextFile:
 
     Attributes:
         path: where it lies.
-        display_path: what errors call it; it differs from ``path`` for a file that was unpacked from another.
+        display_path: its name in errors; it differs from ``path`` for a file that was unpacked from another.
         encoding: how the bytes are text.
         head: the whole lines at its start.
         unwrapped: the text, where its lines were unwrapped in memory; None: that of ``path``.

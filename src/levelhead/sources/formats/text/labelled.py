@@ -1,7 +1,7 @@
 """Text with a word before each number, as serial monitors and plotters show it.
 
 ``AcX = 1200 | AcY = -36``, ``ax=0.01 ay=0.02``, ``roll:1.2,pitch:3.4``, ``X: 0.1 Y: 0.2 Z: 9.8 m/s^2``, and lines that
-begin with what they hold, ``a/g:\t1\t2\t3\t4\t5\t6``. Files and serial lines are read by the same rules.
+begin with their content, ``a/g:\t1\t2\t3\t4\t5\t6``. Files and serial lines are read by the same rules.
 """
 
 import re
@@ -168,7 +168,7 @@ def _is_prefix(gap: str) -> bool:
 
 
 def _leading_unit(text: str) -> tuple[str, str] | None:
-    """(unit, what is left) if the text begins with a unit."""
+    """(unit, the rest) if the text begins with a unit."""
     words = text.split()
     for count in (2, 1):
         unit = " ".join(words[:count])

@@ -58,7 +58,7 @@ class Layout:
         stamps: positions of the columns that hold dates or clock times.
         words: positions of the columns that hold neither numbers nor stamps.
         rate: samples a second, if the lines above the header give it.
-        tail: signs that end each line and are no cell ("1,2,3;").
+        tail: signs that end each line and are not a cell ("1,2,3;").
         encoding: how the bytes are text.
         preamble: the lines above the header.
         alternating: positions of the columns of words that change from line to line.
@@ -98,7 +98,7 @@ class Shape(NamedTuple):
     Attributes:
         delimiter: as in ``Layout``.
         comma: whether the decimal sign is a comma.
-        tail: signs that end each line and are no cell.
+        tail: signs that end each line and are not a cell.
         width: cells in a line.
     """
 
@@ -113,7 +113,8 @@ class Shape(NamedTuple):
 
 
 class Header(NamedTuple):
-    """The header: its first line among those with content, the first line of numbers, its rows, and what it cuts off.
+    """The header: its first line among those with content, the first line of numbers, its rows, and the signs that it
+    cuts off.
 
     Without a header ``rows`` is empty; ``torn`` counts the lines of numbers above it, which belong to nothing.
     """
@@ -335,7 +336,7 @@ def _upper_row(line: str, shape: Shape, other: str) -> list[str] | None:
 
 
 def _header_cells(line: str, shape: Shape) -> list[str]:
-    """The cells of a line by the delimiter of the numbers; blanks before a bracket are no delimiter."""
+    """The cells of a line by the delimiter of the numbers; blanks before a bracket are not a delimiter."""
     return cells(re.sub(r"\s+(?=[\[(])", "", line) if shape.delimiter == " " else line, shape.delimiter)
 
 

@@ -1,4 +1,4 @@
-"""Long tables: a row for each number, the name of what it is in one column, its stamp in another (InfluxDB, melt)."""
+"""Long tables: a row for each number, its name in one column, its stamp in another (InfluxDB, melt)."""
 
 from collections import Counter
 from collections.abc import Sequence

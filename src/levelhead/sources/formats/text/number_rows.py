@@ -1,7 +1,7 @@
-"""Rows of plain numbers out of text by readers in C, to the bit what ``float`` and ``int`` give.
+"""Rows of plain numbers out of text by readers in C, to the bit as ``float`` and ``int`` do.
 
 A long text of plain numbers is a JSON array but for its line ends, and msgspec's JSON reader is three times as fast as
-NumPy's reader of text. The latter reads what JSON does not allow: +1, .5, blank cells, words.
+NumPy's reader of text. The latter reads numbers that JSON does not allow: +1, .5, blank cells, words.
 """
 
 import re
@@ -44,7 +44,7 @@ def number_rows(
 def _parse_json(
     text: str, delimiter: str, width: int, wanted: Collection[int], exact: frozenset[int]
 ) -> dict[int, Column] | None:
-    """The wanted columns by msgspec; None without it, or where a cell or a line is no plain JSON."""
+    """The wanted columns by msgspec; None without it, or where a cell or a line is not plain JSON."""
     try:
         from msgspec import DecodeError, json
     except ImportError:  # in a browser

@@ -81,7 +81,7 @@ def tables(file: TextFile) -> Sequence[ArrayTable]:
 
 
 def _column(cells: Sequence[str]) -> Any:
-    """(n,) int64 if all are whole numbers, else float64 with NaN for what is missing."""
+    """(n,) int64 if all are whole numbers, else float64 with NaN for missing values."""
     if all(cell.lstrip("+-").isdigit() and len(cell) < 19 for cell in cells):
         return np.array([int(cell) for cell in cells], dtype=np.int64)
     return np.array([float(cell) if is_number(cell, False) else np.nan for cell in cells])

@@ -14,7 +14,7 @@ from levelhead.sources.formats.text.labelled import looks_labelled, parse
 from levelhead.sources.names.column_name import understand
 
 _SAMPLE_LINES = 200
-_MIN_CONTENT = 6  # lines that are no comments; a protocol whose lines begin as comments may send some greetings too
+_MIN_CONTENT = 6  # lines that are not comments; a protocol whose lines begin as comments may send some greetings too
 _MIN_SHARE = 0.6  # of the lines, wrapped in the same way
 _MIN_OPEN = 0.3  # of the lines, that open or close a quoted cell and not both
 _MIN_NUMBERS = 6  # of a gyroscope and an accelerometer
@@ -142,7 +142,7 @@ def _without_colours(lines: Sequence[str]) -> str | None:
 
 
 def _without_clock(lines: Sequence[str], pattern: re.Pattern[str]) -> str | None:
-    """The serial monitor of the Arduino IDE with time stamps, "12:30:15.250 -> 0.1,0.2", and what loggers write."""
+    """The serial monitor of the Arduino IDE with time stamps, "12:30:15.250 -> 0.1,0.2", and the lines of loggers."""
     found = [(match[1], match[2]) for line in lines if (match := pattern.match(line))]
     name = "time_ms" if pattern is _ESP else "time"
     if not looks_labelled([rest for _, rest in found[1:40]]):

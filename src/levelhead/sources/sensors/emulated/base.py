@@ -11,7 +11,7 @@ class EmulatedChip:
     """256 registers of a chip that measures at a rate of its own.
 
     Args:
-        world: what it feels.
+        world: its motion.
         address: on the bus.
         drift: by which share its clock is fast.
     """
@@ -54,11 +54,11 @@ class EmulatedChip:
         """Takes one measurement, of that row of the world."""
 
     def read(self, register: int) -> int:
-        """One byte, with what its reading does."""
+        """One byte, with the effect of its reading."""
         return self.memory[register]
 
     def write(self, register: int, value: int) -> None:
-        """One byte, with what its writing does."""
+        """One byte, with the effect of its writing."""
         self.memory[register] = value
 
     def receive(self, length: int) -> bytes:

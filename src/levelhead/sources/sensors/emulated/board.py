@@ -48,7 +48,7 @@ def emulate_board(wanted: BoardSpec, world: World, *, drift: float = 0.0) -> Emu
 
     Args:
         wanted: which chips.
-        world: what they feel.
+        world: their motion.
         drift: by which share the clock of the inertial chip is fast.
     """
     where = {} if wanted.address is None else {"address": wanted.address}

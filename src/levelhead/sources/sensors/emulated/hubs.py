@@ -176,7 +176,7 @@ class EmulatedBNO085(EmulatedChip):
         return self.receive(1)[0]
 
     def write(self, register: int, value: int) -> None:
-        """Two bytes are no packet."""
+        """Two bytes are not a packet."""
 
     def block(self, register: int, length: int) -> bytes:  # noqa: D102
         return self.receive(length)

@@ -15,7 +15,7 @@ class BehindBypass(EmulatedChip):
     """A chip inside another one's package: it answers only where that one lets it through.
 
     Args:
-        world: what it feels.
+        world: its motion.
         host: the chip around it; None: it always answers.
         drift: by which share its clock is fast.
     """

@@ -1,4 +1,4 @@
-/* lh_mahony: the explicit complementary filter, a PI controller that pulls the attitude towards what the sensors see
+/* lh_mahony: the explicit complementary filter, a PI controller that pulls the attitude towards the measured directions
  *
  * Explicit complementary filter: proportional and integral feedback of cross products.
  *
@@ -80,7 +80,7 @@ typedef struct {
     float bias_limit; /* deg/s: rest: a mean rate beyond is a turn (at least 0) */
     float acc_gate; /* m/s²: accelerating: | |a| − g |, more than (at least 0) */
     float acc_angle; /* deg: accelerating: and so far from the vertical (at least 0) */
-    float acc_time; /* s: accelerating: believed again after (at least 0) */
+    float acc_time; /* s: accelerating: used again after (at least 0) */
     float mag_gate; /* disturbed: norm off the learned one by this share (at least 0) */
     float mag_angle; /* deg: disturbed: or dip off the learned one (at least 0) */
     float mag_time; /* s: disturbed: after so long it counts (at least 0) */
@@ -138,14 +138,14 @@ typedef struct {
     float step; /* rad/s, m/s²: the smallest change of an axis so far, which is the step of the sensor's numbers */
 } lh_mahony_repeat;
 
-/* The last rate that was accepted (rad/s), and what was held back. */
+/* The last rate that was accepted (rad/s), and the difference that was held back. */
 typedef struct {
     lh_mahony_vec3 rate;
     float usual2; /* (rad/s)², square of the largest change of late */
     lh_mahony_vec3 held; /* rad/s, by which the held rate is, or the last one that was held, beyond ``rate`` */
     float held_time; /* s that the held rate lasted; 0: none is held back */
     lh_mahony_vec3 returned; /* rad/s, that was held back of the sample before, as a rate of this one */
-    int32_t spikes; /* in a row until now: what was held back of the sample before was one */
+    int32_t spikes; /* in a row until now: the difference held back at the sample before was one */
     lh_mahony_vec3 force; /* m/s², the last specific force */
 } lh_mahony_jump;
 
@@ -178,7 +178,7 @@ typedef struct {
     float time; /* s since it reached full scale; 0: it is below */
 } lh_mahony_approach;
 
-/* The last sample without its unusable readings, and what is kept of the samples before it. */
+/* The last sample without its unusable readings, and the sums over the samples before it. */
 typedef struct {
     lh_mahony_vec3 gyr; /* rad/s, in the mean over dt as far as known; where it is missing the last one that was not */
     lh_mahony_vec3 acc; /* m/s²; the zero vector where it cannot be used */
@@ -212,7 +212,7 @@ typedef struct {
     float age;
 } lh_mahony_state;
 
-/* For how long the sensor has been quiet, and what is known of it. */
+/* The time for which the sensor has been quiet, and its bias. */
 typedef struct {
     float time; /* s; of the first rest times its pace */
     lh_mahony_vec3 bias; /* rad/s, of the gyroscope, that was read off at rest */
@@ -306,7 +306,7 @@ typedef struct {
     lh_mahony_vec3 mag;
 } lh_mahony_readings;
 
-/* A filter: what a human sets, and what goes from one sample to the next. */
+/* A filter: its settings, and its state from one sample to the next. */
 typedef struct {
     lh_mahony_settings settings;
     lh_mahony_carry carry;
