@@ -297,6 +297,19 @@ def test_a_late_sensor_is_named_with_its_delay(clean: Recording, role: str) -> N
     assert "sensor_delay" not in findings(one.mend.apply(changed(clean, **{role: late})))
 
 
+def test_the_field_shows_a_late_gyroscope_where_forces_hide_it() -> None:
+    """A drone's force stays along its body. Its magnetometer cannot come before the field, so the gyroscope is late."""
+    clean = lh.simulate.recording("LSM6DSO32", "drone", duration=60.0, seed=1, mag="HMC5883L")
+    late = changed(clean, gyr=np.stack([np.interp(clean.t - 0.08, clean.t, axis) for axis in clean.gyr.T], axis=1))
+    one = findings(late)["sensor_delay"]
+    assert "than the accelerometer and the magnetometer" in one.what and one.mend.role == "gyr"
+    assert one.interval[0] <= -80.0 <= one.interval[1] and one.value == pytest.approx(-80.0, abs=15.0)
+    assert "sensor_delay" not in findings(changed(late, mag=None)) | findings(clean)
+    behind = np.stack([np.interp(clean.t - 0.08, clean.t, axis) for axis in clean.mag.T], axis=1)
+    found = findings(changed(clean, mag=behind))
+    assert found["mag_delay"].value == pytest.approx(80.0, abs=5.0) and "sensor_delay" not in found
+
+
 @pytest.mark.parametrize("force", [0.0, 1.0, 2.0])
 def test_a_slow_motion_in_another_unit_is_named(force: float) -> None:
     """Forces in m/s² hide part of the turn of gravity: no gyroscope at all would explain it hardly worse."""

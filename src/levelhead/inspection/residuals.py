@@ -1,6 +1,7 @@
 """Findings of the comparison of turns beside the matrix: delays, iron, a filter, a bias."""
 
 from collections.abc import Iterator, Sequence
+from typing import NamedTuple
 
 import numpy as np
 
@@ -18,6 +19,7 @@ LAG_HIDDEN = 0.1  # s: 1σ without contrast; a walker's forces lag less than gra
 APART, TOO_FAR = 0.012, 0.03  # s between gyroscope and accelerometer: worth a note; worse than that
 LATE, FLOOR = 0.008, 0.001  # s of a magnetometer: worth a note; 1σ that no model has
 MUCH = 0.08  # s from which it is worse than a note
+USUAL, EARLY = 0.012, 0.01  # s of a usual magnetometer, and 1σ below: real ones have −13 to 46 ms
 SHARE, ROUGH, HIDDEN = 0.08, 0.02, 0.3  # of the field: iron worth a word; 1σ that no model has, and without contrast
 OVAL, OVAL_ROUGH, OVAL_HIDDEN = 0.08, 0.015, 0.1  # of the field, as SHARE, ROUGH and HIDDEN
 MIN_AXIS = 0.2  # of an axis of the field's shape: less is not a fit
@@ -29,30 +31,60 @@ def _lag_sigma(force: Seen) -> float:
     return float(np.hypot(force.fit.sigma[3], LAG_HIDDEN / force.contrast**2))
 
 
-def find_delay(force: Seen) -> float:
-    """s by which the accelerometer comes later than the gyroscope; 0: it is not clear."""
-    delay, sigma = force.fit.delay, _lag_sigma(force)
-    clear = abs(delay) > max(APART + SIGMAS * sigma, MIN_SIGMAS * sigma)
-    return delay if clear and not force.filtered else 0.0
+def _field_sigma(field: Seen) -> float:
+    """1σ of the delay of a field, s."""
+    return float(np.hypot(field.fit.sigma[3], FLOOR + 0.03 / field.contrast**2))
 
 
-def examine_delay(force: Seen) -> Iterator[Finding]:
-    """Whether the accelerometer comes later or earlier than the gyroscope."""
-    delay, spread = find_delay(force), SIGMAS * _lag_sigma(force)
-    if delay == 0.0:
-        return
-    late, other = ("acc", "gyroscope") if delay > 0.0 else ("gyr", "accelerometer")
-    slow = delay > SLOW  # a filter delays as much, and no delay of its own mends that
-    yield Finding(
+class Delay(NamedTuple):
+    """s by which the accelerometer comes later than the gyroscope, 1σ, and whether the field shows it too."""
+
+    seconds: float
+    sigma: float
+    by_field: bool
+
+    @property
+    def is_clear(self) -> bool:
+        """Whether it is worth a note, and no chance."""
+        return abs(self.seconds) > max(APART + SIGMAS * self.sigma, MIN_SIGMAS * self.sigma)
+
+
+def find_delay(force: Seen, field: Seen | None) -> Delay | None:
+    """The delay between accelerometer and gyroscope; None: it is not clear.
+
+    A gyroscope that is late by τ makes both others early: d_acc = −τ, and d_mag = ``USUAL`` − τ, as no magnetometer
+    comes before the field that it measures. The weighted mean of both counts if they agree, and better than the field
+    does with a gyroscope in time. A magnetometer that is late by itself shows nothing of the gyroscope.
+    """
+    seconds, variance = force.fit.delay, _lag_sigma(force) ** 2
+    found = Delay(seconds, np.sqrt(variance), False)
+    early = 0.0 if field is None else USUAL - field.fit.delay
+    if field is not None and early > 0.0:
+        spread = EARLY**2 + _field_sigma(field) ** 2
+        if (early + seconds) ** 2 / (variance + spread) < min(early**2 / spread, MIN_SIGMAS**2):
+            both = 1.0 / (1.0 / variance + 1.0 / spread)
+            found = Delay(both * (seconds / variance - early / spread), np.sqrt(both), True)
+    return found if found.is_clear and not force.filtered else None
+
+
+def examine_delay(delay: Delay) -> Finding:
+    """Of accelerometer and gyroscope the one that comes later."""
+    spread = SIGMAS * delay.sigma
+    late, other = ("acc", "gyroscope") if delay.seconds > 0.0 else ("gyr", "accelerometer")
+    others = f"{other} and the magnetometer" if delay.by_field else other
+    fits = "the turns of gravity and of the field fit" if delay.by_field else "gravity's turn fits"
+    slow = delay.seconds > SLOW  # a filter delays as much, and no delay of its own mends that
+    return Finding(
         "sensor_delay",
-        "warning" if abs(delay) - spread > TOO_FAR and not slow else "note",
-        f"the {NAMES[late]} comes {1e3 * abs(delay):.0f} ms later than the {other}{', or is filtered' if slow else ''}",
-        f"where gravity's turn fits best, ±{1e3 * spread:.0f} ms",
+        "warning" if abs(delay.seconds) - spread > TOO_FAR and not slow else "note",
+        f"the {NAMES[late]} comes {1e3 * abs(delay.seconds):.0f} ms later than the {others}"
+        f"{', or is filtered' if slow else ''}",
+        f"where {fits} best, ±{1e3 * spread:.0f} ms",
         f"Give both sensors one filter and one clock{'' if slow else '; --fix shifts it'}.",
-        value=1e3 * delay,
-        interval=(1e3 * (delay - spread), 1e3 * (delay + spread)),
+        value=1e3 * delay.seconds,
+        interval=(1e3 * (delay.seconds - spread), 1e3 * (delay.seconds + spread)),
         unit="ms",
-        mend=None if slow else Mend(late, np.eye(3), np.zeros(3), delay=abs(delay)),
+        mend=None if slow else Mend(late, np.eye(3), np.zeros(3), delay=abs(delay.seconds)),
     )
 
 
@@ -79,7 +111,7 @@ def examine_slow_force(force: Seen) -> Iterator[Finding]:
 def examine_field_delay(field: Seen, gyroscope: float) -> Iterator[Finding]:
     """Whether the magnetometer comes later or earlier than the gyroscope, which is late itself by ``gyroscope`` s."""
     delay = field.fit.delay + gyroscope
-    sigma = float(np.hypot(field.fit.sigma[3], FLOOR + 0.03 / field.contrast**2))
+    sigma = _field_sigma(field)
     if abs(delay) < LATE + SIGMAS * sigma or abs(delay) < MIN_SIGMAS * sigma:
         return
     yield Finding(

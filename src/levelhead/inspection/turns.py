@@ -49,8 +49,10 @@ def examine_turns(recording: Recording, most: int = MAX_SEGMENTS) -> Iterator[Fi
     settled = {one.role: settle(one, fault) for one in agreement.seen}
     late = 0.0  # s, of the gyroscope
     if "acc" in settled:
-        late = max(0.0, -find_delay(settled["acc"]))
-        yield from examine_delay(settled["acc"])
+        delay = find_delay(settled["acc"], settled.get("mag"))
+        if delay is not None:
+            late = max(0.0, -delay.seconds)
+            yield examine_delay(delay)
         yield from examine_slow_force(settled["acc"])
     if "mag" in settled:
         yield from examine_field_delay(settled["mag"], late)
