@@ -33,7 +33,7 @@ def write_page(folder: Path, table: Untyped, job: Job, storage: ReadOnlyJson, pi
     Args:
         folder: of the results.
         table: its rows.
-        job: the rows of the run.
+        job: the request.
         storage: options of fsspec, to read the worst recordings again.
         pictures: whether to draw.
 

@@ -60,7 +60,7 @@ class Summary:
 
     Args:
         table: rows as ``levelhead.corpus`` gives them.
-        verb: the rows.
+        verb: the verb that made them.
     """
 
     def __init__(self, table: Untyped, verb: str) -> None:

@@ -1,9 +1,7 @@
 """A filter is data: parameters that explain themselves, pure functions, and facts.
 
-    class Kalman(NamedTuple):                       the numbers that a person sets; each field an Annotated[float,
-    Param(...)]
-    class State(NamedTuple):                        the numbers that go from sample to sample; floats and NamedTuples of
-    floats
+    class Kalman(NamedTuple):                       settings; each field an Annotated[float, Param(...)]
+    class State(NamedTuple):                        numbers of one sample for the next; floats, NamedTuples of floats
     init(params, gyr, acc, mag) -> State            start from the first sample
     step(params, state, gyr, acc, mag, dt) -> State
     output(params, state) -> Output                 orientation, bias, σ and health of a state

@@ -57,7 +57,7 @@ def angle_sigma(variance: float) -> float:
 def attitude_sigma(m: Floats, p: int, of_north: float, prior: Vec3, turn: Vec3) -> Vec3:
     """1σ of the attitude error about east, north and up, rad, from the covariance at ``p``.
 
-    ``of_north`` is the share of the direction of north in the variance of heading (rad²), ``prior`` are the prior
+    ``of_north`` is the addition of north's direction to the variance of heading (rad²), ``prior`` are the prior
     variances of the gyroscope's bias ((rad/s)²) and ``turn`` half the turn of the last sample (rad, earth frame).
     """
     v = p + at.ATTITUDE * (at.ROW + 1)
