@@ -45,16 +45,19 @@ class Delay(NamedTuple):
 
     @property
     def is_clear(self) -> bool:
-        """Whether it is worth a note, and no chance."""
+        """Whether it is worth a note, and unlikely to be chance."""
         return abs(self.seconds) > max(APART + SIGMAS * self.sigma, MIN_SIGMAS * self.sigma)
 
 
 def find_delay(force: Seen, field: Seen | None) -> Delay | None:
     """The delay between accelerometer and gyroscope; None: it is not clear.
 
-    A gyroscope that is late by τ makes both others early: d_acc = −τ, and d_mag = ``USUAL`` − τ, as no magnetometer
-    comes before the field that it measures. The weighted mean of both counts if they agree, and better than the field
-    does with a gyroscope in time. A magnetometer that is late by itself shows nothing of the gyroscope.
+    A gyroscope that is late by τ makes both others early:
+
+        d_acc = −τ,   d_mag = ``USUAL`` − τ                                                                     (1)
+
+    as no magnetometer comes before the field that it measures. The weighted mean of both counts if they agree, and
+    better than the field does with a gyroscope in time. A magnetometer that is late shows nothing of the gyroscope.
     """
     seconds, variance = force.fit.delay, _lag_sigma(force) ** 2
     found = Delay(seconds, np.sqrt(variance), False)
