@@ -94,7 +94,7 @@ class AxisApi(CApi):
         ).rstrip()
 
     def _header(self) -> str:
-        whole = ["/* A filter: its settings, and its state from one sample to the next. */", "typedef struct {"]
+        whole = ["/* A filter: its parameters, and its state from one sample to the next. */", "typedef struct {"]
         for name, kind in self.whole.fields.items():
             assert kind is not None
             whole.append(f"{STEP}{self.program.types.name(kind, public=True)} {variable(name)};")

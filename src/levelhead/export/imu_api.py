@@ -249,7 +249,7 @@ class ImuApi(CApi):
         return aiding + template("errors.h").substitute(self.common_gaps(), fields=self.fields)
 
     def _header(self) -> str:
-        whole = ["/* A filter: its settings, and its state from one sample to the next. */", "typedef struct {"]
+        whole = ["/* A filter: its parameters, and its state from one sample to the next. */", "typedef struct {"]
         for name, kind in self.whole.fields.items():
             assert kind is not None
             whole += [] if is_empty(kind) else [f"{STEP}{self.program.types.name(kind, public=True)} {name};"]

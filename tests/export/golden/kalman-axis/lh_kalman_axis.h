@@ -61,7 +61,7 @@ typedef struct {
     double innovation;
 } lh_kalman_axis_report;
 
-/* A filter: its settings, and its state from one sample to the next. */
+/* A filter: its parameters, and its state from one sample to the next. */
 typedef struct {
     lh_kalman_axis_params params;
     double level;

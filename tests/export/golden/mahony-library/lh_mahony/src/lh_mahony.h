@@ -306,7 +306,7 @@ typedef struct {
     lh_mahony_vec3 mag;
 } lh_mahony_readings;
 
-/* A filter: its settings, and its state from one sample to the next. */
+/* A filter: its parameters, and its state from one sample to the next. */
 typedef struct {
     lh_mahony_settings settings;
     lh_mahony_carry carry;
