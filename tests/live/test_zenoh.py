@@ -315,7 +315,7 @@ def test_a_reader_that_is_connected_and_gets_nothing_is_told_why(node_with_tls, 
     plain = subscribe(ORIENTATION, node_with_tls.replace("tls/localhost", "tcp/127.0.0.1"))
     with stranger, pytest.raises(lh.LevelheadError, match="certificate is not among the node's --readers"):
         stranger.get(timeout=60.0)
-    with plain, pytest.raises(lh.LevelheadError, match="is not a node that this reader understands"):
+    with plain, pytest.raises(lh.LevelheadError, match="does not answer as a node that this reader understands"):
         plain.get(timeout=60.0)
 
 
