@@ -49,7 +49,8 @@ def axis_evidence(evidence: float, rate: float, change: float, mean: float, shar
 @kernel
 def update_noise(noise: RateNoise, rate: Vec3, quiet: bool, dt: float) -> RateNoise:
     """After a rate (rad/s) over ``dt`` seconds, which is of the noise alone where it is ``quiet``."""
-    (a, b, c), (p, q, r), (u, v, w), time, (e, f, g) = noise
+    (a, b, c), (p, q, r), (u, v, w), (e, f, g) = noise.last, noise.change, noise.share, noise.evidence
+    time = noise.time
     x = abs(rate.x - a)
     y = abs(rate.y - b)
     z = abs(rate.z - c)

@@ -74,7 +74,7 @@ def repair(report: Report) -> tuple[Recording, list[str]]:
             continue
         recording = mend.apply(recording)
         changes.append(
-            f"mended: {one.what}; on the other half of the recording the residual between gyroscope and "
+            f"mended: {one.what}; on the half that did not show it the residual between gyroscope and "
             f"{'field' if mend.role == 'mag' else 'gravity'} is {better:.1f} times smaller"
         )
     return recording, changes

@@ -1,4 +1,4 @@
-"""Faults on top of any recording, real or simulated: its kind, size, start and duration.
+"""Faults on top of any recording, real or simulated: their kind, size, start and duration.
 
 >>> from levelhead import simulate
 >>> simulate.parse_fault("acc_spikes=4@20+5")

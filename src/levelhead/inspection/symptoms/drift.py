@@ -51,7 +51,7 @@ def find_drift(evidence: RunEvidence) -> Iterator[Symptom]:
 
 
 def _steady(evidence: RunEvidence) -> NDArray[np.bool_]:
-    """(n − 1,) intervals in which the rate itself was right: the loss in other tracks is sudden, not gradual."""
+    """(n − 1,) intervals in which the rate itself was right; in the others heading is lost at once."""
     steady = np.ones(len(evidence.t) - 1, dtype=np.bool_)
     for event in find_disturbances(evidence):
         begin, end = event.reach(evidence.t)

@@ -310,7 +310,8 @@ def _by_mean_force(t: Array, gyr: Array, acc: Array) -> str | None:
     telling = (radians.shaking > _MOVED) & (radians.tilt > _TILTED)
     if telling.sum() < MIN_WINDOWS:
         return None
-    length, apart, shaking, _, turned, seen = (median(one[telling]) for one in radians)
+    length, apart, shaking = (median(one[telling]) for one in (radians.length, radians.apart, radians.shaking))
+    turned, seen = median(radians.turned[telling]), median(radians.seen[telling])
     held = median(mean_forces(t, gyr * DEGREE, acc, STRIDES).length[telling])
     if length < _CANCELLED * held and is_gravity_left(held / GRAVITY):
         return "deg/s"
