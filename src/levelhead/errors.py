@@ -47,7 +47,7 @@ FAMILIES = (
         "A log lacks a column, or its names and numbers do not show which column is which.",
         "Name the columns: `--map gyr=gx,gy,gz --map acc=ax,ay,az --map t=time`. The message proposes a command.",
         "reading",
-        ("sources.hints", "sources.interpret", "sources.named_track", "sources.names", "sources.orientation_columns"),
+        ("sources.hints", "sources.interpret", "sources.names", "sources.tracks"),
     ),
     Family(
         "unit",

@@ -13,10 +13,10 @@ import levelhead
 from levelhead import read
 from levelhead.inspection import examine
 from levelhead.recording import Recording
-from levelhead.sources.conclusion import Basis, Conclusion
+from levelhead.sources.conclusions import Basis, Conclusion
+from levelhead.sources.conclusions.sentences import SENTENCES, notes
 from levelhead.sources.formats.npz import read_own, write_npz
 from levelhead.sources.hints import Hints
-from levelhead.sources.sentences import SENTENCES, notes
 
 ROOT = Path(levelhead.__file__).parent
 SEARCHES = {

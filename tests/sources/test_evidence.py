@@ -7,7 +7,7 @@ from levelhead import interpret, simulate
 from levelhead.recording import Recording
 from levelhead.signals.field_turn import field_turn
 from levelhead.signals.gravity_turn import turn_of_gravity
-from levelhead.sources.conclusion import Basis
+from levelhead.sources.conclusions import Basis
 from levelhead.sources.formats.npz import load_arrays
 from levelhead.sources.interpret.accelerometer import acc_unit
 from levelhead.sources.interpret.clock_choice import guess_unit

@@ -23,7 +23,7 @@ from tests.reference.dialects import DIALECTS, REFUSED, Motion, simulate
 
 import levelhead as lh
 from levelhead.recording import Recording
-from levelhead.sources.conclusion import Basis
+from levelhead.sources.conclusions import Basis
 from levelhead.sources.hints import SuggestsCommand
 from levelhead.sources.interpret import apply, interpret
 from levelhead.sources.interpretation import Interpretation

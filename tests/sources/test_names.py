@@ -1,9 +1,9 @@
 import pytest
 
 from levelhead.errors import LevelheadError
+from levelhead.sources.conclusions.sentences import notes
 from levelhead.sources.interpret.roles import assign
 from levelhead.sources.names.column_name import understand, unit_in
-from levelhead.sources.sentences import notes
 
 SENSORS = [
     ("gx", "gyr", "x", None),

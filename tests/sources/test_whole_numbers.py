@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 import levelhead as lh
 from levelhead.recording import Recording
-from levelhead.sources.conclusion import Basis
+from levelhead.sources.conclusions import Basis
 from levelhead.units import GRAVITY
 
 RAD = np.pi / 180.0

@@ -54,7 +54,7 @@ def orientation_of(log: Path, column: str, reading: Reading) -> "Track":
 
     from levelhead.engine import smooth
     from levelhead.publish.progress import progress
-    from levelhead.sources.named_track import named_track
+    from levelhead.sources.tracks.named_track import named_track
 
     if (known := named_track(log)) is not None:
         return known

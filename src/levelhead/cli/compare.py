@@ -143,7 +143,7 @@ def _with_truth(recording: "Recording", name: str | None) -> "tuple[Recording, A
 
 def _read_truth(name: str) -> "Track":
     from levelhead.sources import orientation
-    from levelhead.sources.named_track import named_track
+    from levelhead.sources.tracks.named_track import named_track
 
     file, _, column = name.rpartition(":")
     if Path(name).is_file() or not file or not column:

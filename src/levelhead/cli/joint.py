@@ -54,7 +54,7 @@ def joint(
     from levelhead.joints import joint as find
     from levelhead.publish.joint_files import write_joint
     from levelhead.publish.progress import progress
-    from levelhead.sources.named_track import named_track, split_name
+    from levelhead.sources.tracks.named_track import named_track, split_name
 
     if upper == lower:
         raise LevelheadError(f"{upper} is given for both segments; give the log of each")

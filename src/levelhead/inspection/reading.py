@@ -6,8 +6,8 @@ from typing import NamedTuple
 from levelhead.inspection.findings import Finding
 from levelhead.inspection.timing import SLOW
 from levelhead.recording import Recording
-from levelhead.sources.conclusion import Conclusion
-from levelhead.sources.sentences import sentence
+from levelhead.sources.conclusions import Conclusion
+from levelhead.sources.conclusions.sentences import sentence
 
 OWN_FIELD = 0.3  # correlation from which a field that turns too little lies under an offset, on the right axes
 IN_ORDER = [0, 1, 2]  # axes as the columns give them

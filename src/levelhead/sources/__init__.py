@@ -99,7 +99,7 @@ def orientation(
     >>> orientation("flight.csv", "ahrs_q")  # doctest: +SKIP
     """
     from levelhead.sources.hints import check
-    from levelhead.sources.orientation_columns import read_orientation
+    from levelhead.sources.tracks.orientation_columns import read_orientation
 
     return read_orientation(path, column, check(map, units, counts, rate))
 
@@ -131,7 +131,7 @@ def angle(
         LevelheadError: no such column, a name without the angle, no number in it, or the reasons of ``read``.
     """
     from levelhead.sources.hints import check
-    from levelhead.sources.orientation_columns import read_angle
+    from levelhead.sources.tracks.orientation_columns import read_angle
 
     return read_angle(path, column, check(map, units, counts, rate))
 

@@ -9,9 +9,9 @@ import numpy as np
 
 from levelhead.open_types import JsonObject
 from levelhead.recording import Array
-from levelhead.sources.conclusion import Basis, Conclusion
+from levelhead.sources.conclusions import Basis, Conclusion
+from levelhead.sources.conclusions.sentences import notes, sentence
 from levelhead.sources.hints import Hints, Scale, command, merge_hints
-from levelhead.sources.sentences import notes, sentence
 from levelhead.sources.table import Column
 
 NS = 1_000_000_000

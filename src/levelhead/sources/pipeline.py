@@ -13,7 +13,7 @@ import numpy as np
 from levelhead.errors import LevelheadError
 from levelhead.open_types import JsonObject
 from levelhead.recording import Recording
-from levelhead.sources.conclusion import Basis, Conclusion
+from levelhead.sources.conclusions import Basis, Conclusion
 from levelhead.sources.formats import BY_SUFFIX, CONTAINERS, FORMATS, TEXT, Format, find_format
 from levelhead.sources.formats.bids import find_motion, motion_tables
 from levelhead.sources.formats.container import Member, members

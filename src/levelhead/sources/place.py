@@ -9,7 +9,7 @@ import numpy as np
 
 from levelhead.errors import LevelheadError
 from levelhead.recording import Array, Recording
-from levelhead.sources.conclusion import Basis, Conclusion
+from levelhead.sources.conclusions import Basis, Conclusion
 from levelhead.sources.table import Table
 
 WORDS = {

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from levelhead.errors import LevelheadError
 from levelhead.recording import Array
-from levelhead.sources.conclusion import Conclusion
+from levelhead.sources.conclusions import Conclusion
 
 Column = NDArray[np.float64] | NDArray[np.int64]
 

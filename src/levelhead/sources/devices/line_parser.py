@@ -15,7 +15,7 @@ from levelhead.errors import LevelheadError
 from levelhead.open_types import JsonObject, ReadOnlyJson
 from levelhead.recording import Array
 from levelhead.sample import Sample, Triple
-from levelhead.sources.conclusion import Conclusion
+from levelhead.sources.conclusions import Conclusion
 from levelhead.sources.formats.json_log import Garbage, flatten_line
 from levelhead.sources.formats.text import labelled
 from levelhead.sources.formats.text.cells import MISSING, cells, is_comment

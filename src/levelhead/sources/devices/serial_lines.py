@@ -8,12 +8,12 @@ from collections.abc import Callable
 from levelhead.errors import LevelheadError
 from levelhead.open_types import Untyped
 from levelhead.sample import Sample
+from levelhead.sources.conclusions.sentences import sentence
 from levelhead.sources.devices.fine_stamps import FineStamps
 from levelhead.sources.devices.line_parser import MAX_BYTES, LineParser
 from levelhead.sources.hints import Hints
 from levelhead.sources.sensors.bus import SensorError
 from levelhead.sources.sensors.sample_clock import SampleClock
-from levelhead.sources.sentences import sentence
 
 BAUD = 115_200
 CHUNK = 65_536

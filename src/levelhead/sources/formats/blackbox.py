@@ -16,10 +16,10 @@ from numpy.typing import NDArray
 from levelhead.errors import LevelheadError
 from levelhead.open_types import JsonObject, ReadOnlyJson
 from levelhead.recording import Recording
-from levelhead.sources.conclusion import Basis, Conclusion
+from levelhead.sources.conclusions import Basis, Conclusion
+from levelhead.sources.conclusions.sentences import notes
 from levelhead.sources.formats.attitude import attitude_track
 from levelhead.sources.formats.ros_messages import unpack_attitude
-from levelhead.sources.sentences import notes
 from levelhead.track import Track
 
 SAMPLES, EVENTS, ATTITUDES = "imu/samples", "imu/health", "/imu/attitude"

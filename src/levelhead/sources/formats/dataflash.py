@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from levelhead.errors import LevelheadError
 from levelhead.rotations import from_angles
-from levelhead.sources.conclusion import Conclusion
+from levelhead.sources.conclusions import Conclusion
 from levelhead.sources.formats.attitude import attitude_track
 from levelhead.sources.hints import Hints
 from levelhead.sources.place import satellite_place

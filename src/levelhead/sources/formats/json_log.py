@@ -14,7 +14,7 @@ import numpy as np
 
 from levelhead.errors import LevelheadError
 from levelhead.open_types import JsonObject
-from levelhead.sources.conclusion import Basis, Conclusion
+from levelhead.sources.conclusions import Basis, Conclusion
 from levelhead.sources.formats.text.cells import is_comment, is_number, lines_of
 from levelhead.sources.formats.text.dates import is_stamp, nanoseconds
 from levelhead.sources.formats.text.file import TextFile

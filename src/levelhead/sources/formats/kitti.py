@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from levelhead.errors import LevelheadError
-from levelhead.sources.conclusion import Basis, Conclusion
+from levelhead.sources.conclusions import Basis, Conclusion
 from levelhead.sources.formats.text.dates import nanoseconds
 from levelhead.sources.place import satellite_place
 from levelhead.sources.table import ArrayTable

@@ -12,7 +12,7 @@ import numpy as np
 from levelhead.errors import LevelheadError
 from levelhead.recording import Array
 from levelhead.rotations import from_angles
-from levelhead.sources.conclusion import Basis, Conclusion
+from levelhead.sources.conclusions import Basis, Conclusion
 from levelhead.sources.formats.attitude import attitude_track
 from levelhead.sources.formats.mavlink_codec import (
     ATTITUDE,

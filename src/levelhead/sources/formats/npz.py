@@ -17,7 +17,7 @@ from levelhead.atomic import atomic_path
 from levelhead.errors import LevelheadError
 from levelhead.open_types import JsonObject
 from levelhead.recording import Gnss, Pressure, Recording, Truth
-from levelhead.sources.conclusion import Conclusion
+from levelhead.sources.conclusions import Conclusion
 from levelhead.sources.formats.named_arrays import tabulate
 from levelhead.sources.hints import Hints
 from levelhead.sources.table import ArrayTable

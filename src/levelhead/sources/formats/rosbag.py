@@ -17,7 +17,7 @@ from levelhead.errors import LevelheadError
 from levelhead.motion import VectorSeries
 from levelhead.open_types import Untyped
 from levelhead.recording import Array, Recording, median
-from levelhead.sources.conclusion import Basis, Conclusion
+from levelhead.sources.conclusions import Basis, Conclusion
 from levelhead.sources.formats.ros_fields import Definitions, read_numbers
 from levelhead.sources.formats.ros_messages import ACCELERATION, FRAME, WORLD, acceleration_covariance, variances
 from levelhead.sources.hints import Hints

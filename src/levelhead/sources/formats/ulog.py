@@ -8,7 +8,7 @@ import numpy as np
 
 from levelhead.errors import LevelheadError
 from levelhead.open_types import Untyped
-from levelhead.sources.conclusion import Basis, Conclusion
+from levelhead.sources.conclusions import Basis, Conclusion
 from levelhead.sources.formats.attitude import attitude_track
 from levelhead.sources.hints import Hints
 from levelhead.sources.place import satellite_place

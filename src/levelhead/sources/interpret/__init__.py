@@ -12,12 +12,13 @@ from levelhead.open_types import ReadOnlyJson
 from levelhead.recording import Array, Recording, median
 from levelhead.signals.field_turn import field_turn, free_correlation, is_normalised
 from levelhead.signals.gravity_turn import excerpt, median_norm
-from levelhead.sources.conclusion import Basis, Conclusion
+from levelhead.sources.conclusions import Basis, Conclusion
 from levelhead.sources.hints import MEANING, Hints, Scale
 from levelhead.sources.interpret.accelerometer import GyroscopeRows, acc_scale
 from levelhead.sources.interpret.choice import choose_columns
 from levelhead.sources.interpret.clock import MAX_LOSS, MIN_DURATION, MIN_ROWS, FoundClock, apply_clock, find_clock
-from levelhead.sources.interpret.declared import Evidence, declared_scale
+from levelhead.sources.interpret.declared import declared_scale
+from levelhead.sources.interpret.evidence import Evidence
 from levelhead.sources.interpret.gyroscope import gyr_scale
 from levelhead.sources.interpret.interleaved_rows import count_interleaved
 from levelhead.sources.interpret.magnetometer import mag_scale

@@ -12,11 +12,11 @@ from levelhead.errors import LevelheadError
 from levelhead.recording import Array, median
 from levelhead.signals.gravity_turn import excerpt, median_norm
 from levelhead.signals.mean_force import is_gravity_left, usual_force
-from levelhead.sources.conclusion import Basis
+from levelhead.sources.conclusions import Basis
 from levelhead.sources.hints import NeedsHints, Scale
 from levelhead.sources.interpret.converter_counts import offset_of
 from levelhead.sources.interpret.counts import GYR, acc_sensitivity
-from levelhead.sources.interpret.declared import Evidence, are_whole
+from levelhead.sources.interpret.evidence import Evidence, are_whole
 from levelhead.sources.interpret.gyroscope_unit import gyr_unit
 from levelhead.sources.interpret.raw_counts import THOUSANDTHS, are_thousandths
 from levelhead.sources.names.vendors import find_vendor

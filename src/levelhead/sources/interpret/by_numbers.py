@@ -11,11 +11,12 @@ from levelhead.errors import LevelheadError
 from levelhead.open_types import ReadOnlyJson
 from levelhead.recording import Array, median
 from levelhead.signals.gravity_turn import median_norm, turn_of_gravity
-from levelhead.sources.conclusion import Basis, Conclusion
+from levelhead.sources.conclusions import Basis, Conclusion
 from levelhead.sources.hints import MEANING, Hints
 from levelhead.sources.interpret.converter_counts import with_sensors
 from levelhead.sources.interpret.counts import ACC
 from levelhead.sources.interpret.increments import rates_of_increments
+from levelhead.sources.interpret.stamp_unit import guess_unit
 from levelhead.sources.names.column_name import understand
 from levelhead.sources.table import ArrayTable, Column, Table, stack, words_of
 from levelhead.units import GRAVITY
@@ -318,7 +319,6 @@ def _clock(values: Array) -> int | None:
 
 def _seconds(stamps: Array) -> Array:
     from levelhead import units
-    from levelhead.sources.interpret.clock_choice import guess_unit
 
     t = (stamps - stamps[0]) * units.factor("time", guess_unit(stamps))
     forward: Array = np.maximum.accumulate(t) + 1e-7 * np.arange(len(t))

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from levelhead.errors import LevelheadError
 from levelhead.recording import Array
-from levelhead.sources.conclusion import Basis, Conclusion
+from levelhead.sources.conclusions import Basis, Conclusion
 from levelhead.sources.hints import Hints, NeedsHints
 from levelhead.sources.interpret.clock_choice import (
     MIN_INTERVAL,
@@ -17,7 +17,6 @@ from levelhead.sources.interpret.clock_choice import (
     CounterError,
     beside_clock,
     choose,
-    guess_tick,
     join_seconds,
     restore,
     seconds,
@@ -26,6 +25,7 @@ from levelhead.sources.interpret.clock_choice import (
 from levelhead.sources.interpret.declared import declared_scale
 from levelhead.sources.interpret.rate import guess_rate
 from levelhead.sources.interpret.roles import Roles
+from levelhead.sources.interpret.stamp_unit import guess_tick
 from levelhead.sources.interpretation import ClockRule
 from levelhead.sources.names.column_name import unit_in
 from levelhead.sources.table import Column, Table, stack
@@ -168,7 +168,7 @@ def _rows_at_rate(table: Table, roles: Roles, hints: Hints, columns: Mapping[int
     rate = hints.rate or table.rate
     if rate is None:
         scale = declared_scale("gyr", table, roles, hints, [])
-        guess, words = guess_rate(roles, columns, None if scale is None else scale.factor / scale.divisor)
+        guess, words = guess_rate(roles.columns, columns, None if scale is None else scale.factor / scale.divisor)
         sentence = (
             f"{table.source} has no column with time stamps; expected such as 't' or 'time_ms', or the hint map t=…, "
             f"or the hint rate=… in Hz"
@@ -183,7 +183,7 @@ def _rows_at_rate(table: Table, roles: Roles, hints: Hints, columns: Mapping[int
 
 def _without_counter(error: CounterError, roles: Roles, columns: Mapping[int, Column]) -> NeedsHints:
     """The error of stamps that count the rows, with the hint that gravity's turn suggests: ms, or a rate."""
-    rate, words = guess_rate(roles, columns)
+    rate, words = guess_rate(roles.columns, columns)
     if rate > _NEARLY_MS:
         return error
     return NeedsHints(f"{error}{words}", map={"t": []}, rate=rate)

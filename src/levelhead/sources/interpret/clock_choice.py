@@ -9,16 +9,15 @@ from numpy.typing import NDArray
 from levelhead import units
 from levelhead.errors import LevelheadError
 from levelhead.recording import Array, median
-from levelhead.sources.conclusion import Basis, Conclusion
+from levelhead.sources.conclusions import Basis, Conclusion
 from levelhead.sources.hints import NeedsHints, Scale
 from levelhead.sources.interpret.arrival import restore_clock
 from levelhead.sources.interpret.clock_repair import Repair, first_of_bursts, repair_stamps
+from levelhead.sources.interpret.stamp_unit import EPOCH, guess_unit, median_interval
 from levelhead.sources.interpretation import ClockRule, scale_stamps
 from levelhead.sources.table import Column, Table
 
-_EPOCH = (0.9e9, 4.2e9)  # seconds since 1970 that lie between 1998 and 2103
 LONGEST_UPTIME = 1e8  # seconds; stamps beyond it count from some date, not from the start of the sensor
-_SLOWEST_MEDIAN = {"s": 0.25, "ms": 250.0, "us": 250e3, "ns": 250e6}  # 4 Hz
 _MAX_RATE_ERROR = 0.25  # by which the rate of a guessed unit may differ from the rate that the file gives
 _FAST = 2e-3  # s; a shorter interval could as well be a slow one in a larger unit
 MIN_INTERVAL, _MAX_INTERVAL = 2.5e-5, 100.0  # s; no IMU is read at more than 40 kHz, nor less than once in 100 s
@@ -139,7 +138,7 @@ def _period(one: Candidate) -> tuple[float, bool]:
     if len(one.stamps) < _MIN_ROWS or not np.isfinite(one.stamps[[0, -1]]).all():
         return 1.0, False
     factor = units.find_factor("time", guess_unit(one.stamps)) or 1.0
-    return factor, _EPOCH[0] < float(one.stamps[0]) * factor < _EPOCH[1]
+    return factor, EPOCH[0] < float(one.stamps[0]) * factor < EPOCH[1]
 
 
 def _ticks(one: Candidate, other: Candidate) -> Scale | None:
@@ -310,7 +309,7 @@ def _stale_rows(stamps: Column) -> int:
 
 def _plausible(stamps: Column, declared: str, name: str, found: list[Conclusion]) -> str:
     """The declared unit, or another where no sensor is read at the rate that it gives."""
-    step = _interval(stamps)
+    step = median_interval(stamps)
     factor = units.factor("time", declared)
     other = guess_unit(stamps)
     if step == 0.0 or MIN_INTERVAL < step * factor < _MAX_INTERVAL or units.factor("time", other) == factor:
@@ -334,7 +333,7 @@ def _infer_unit(stamps: Column, table: Table, name: str) -> tuple[Scale | str, C
     Raises:
         NeedsHints: a counter.
     """
-    step = _interval(stamps)
+    step = median_interval(stamps)
     unit = guess_unit(stamps)
     if table.rate is not None and step > 0.0:
         guessed = 1.0 / (step * units.factor("time", unit))
@@ -354,38 +353,6 @@ def _infer_unit(stamps: Column, table: Table, name: str) -> tuple[Scale | str, C
         "t.unit", "short_interval" if is_short else "interval", unit, Basis.GUESS if is_short else Basis.NUMBERS,
         {"column": name, "step": step}, {"units": {"t": unit}},
     )  # fmt: skip
-
-
-_DAYS, _DAYS_STEP = ((36_500.0, 55_000.0), (730_000.0, 750_000.0)), 2e-5  # of this century; 1.7 s
-
-
-def guess_unit(stamps: Column) -> str:
-    """The unit of (n,) stamps: the one in which they lie in our century, or else give 4 Hz or more.
-
-    Days are those of spreadsheets, which count from 1900, and of MATLAB, which count from year 0.
-    """
-    step, first = _interval(stamps), abs(float(stamps[0]))
-    if 0.0 < step < _DAYS_STEP and any(low < first < high for low, high in _DAYS):
-        return "days"
-    for unit in ("s", "ms", "us", "ns"):
-        factor = units.factor("time", unit)
-        if _EPOCH[0] < first * factor < _EPOCH[1] and 1e-5 < step * factor < 10.0:
-            return unit
-    return next((unit for unit, limit in _SLOWEST_MEDIAN.items() if step < limit), "ns")
-
-
-def guess_tick(stamps: Column) -> str:
-    """The unit of Xsens' SampleTimeFine: 100 µs of an MTi, 1 µs of a DOT, which gives 4 Hz or more."""
-    return "100us" if _interval(stamps) < 1e4 * _SLOWEST_MEDIAN["s"] else "us"
-
-
-def _interval(stamps: Column) -> float:
-    """The median interval; where most stamps stand still, as in bursts, the mean one."""
-    if len(stamps) < 2:
-        return 0.0
-    steps = np.diff(stamps[:100_000])
-    step = median(steps)
-    return step if step > 0.0 else float(steps[steps > 0].sum() / len(steps)) if (steps > 0).any() else 0.0
 
 
 def _rows_with_stamp(stamps: Column, table: Table, name: str, found: list[Conclusion]) -> NDArray[np.intp] | None:

@@ -9,10 +9,10 @@ import numpy as np
 from levelhead import units
 from levelhead.errors import LevelheadError
 from levelhead.recording import median
-from levelhead.sources.conclusion import Basis, Conclusion
-from levelhead.sources.interpret.clock_choice import guess_unit
+from levelhead.sources.conclusions import Basis, Conclusion
 from levelhead.sources.interpret.rate import rate_of_turn
 from levelhead.sources.interpret.roles import Roles
+from levelhead.sources.interpret.stamp_unit import guess_unit
 from levelhead.sources.names.column_name import unit_in
 from levelhead.sources.table import Column, Table, words_of
 
@@ -43,7 +43,7 @@ def with_clock(table: Table, roles: Roles, columns: Mapping[int, Column]) -> tup
         if step == 0.0:
             continue
         if said is None:
-            known = known or [rate_of_turn(roles, columns)]
+            known = known or [rate_of_turn(roles.columns, columns)]
             if (
                 known[0] is None
                 or abs(math.log(known[0] * step * units.factor("time", guess_unit(stamps)))) > MAX_RATE_ERROR

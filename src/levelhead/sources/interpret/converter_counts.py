@@ -12,7 +12,7 @@ import numpy as np
 
 from levelhead.recording import Array, median
 from levelhead.signals.gravity_turn import turn_of_gravity
-from levelhead.sources.conclusion import Basis, Conclusion
+from levelhead.sources.conclusions import Basis, Conclusion
 from levelhead.sources.table import ArrayTable, stack
 from levelhead.units import GRAVITY
 

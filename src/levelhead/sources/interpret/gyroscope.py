@@ -18,15 +18,15 @@ from levelhead.signals.mean_force import (
     steadiness_of_gravity,
 )
 from levelhead.signals.rest import find_still_gyroscope
-from levelhead.sources.conclusion import Basis
+from levelhead.sources.conclusions import Basis
+from levelhead.sources.conclusions.sentences import gyroscope_reason
 from levelhead.sources.hints import NeedsHints, Scale, count_word
 from levelhead.sources.interpret.converter_counts import rates_about
 from levelhead.sources.interpret.counts import ACC, CHIPS
-from levelhead.sources.interpret.declared import Evidence, are_whole
+from levelhead.sources.interpret.evidence import Evidence, are_whole
 from levelhead.sources.interpret.gyroscope_unit import GyroscopeUnit, Whole, gyr_unit, large_rate, rest_noise
 from levelhead.sources.interpret.magnetometer import unit_of_field
 from levelhead.sources.interpret.raw_counts import PER_DEGREE, PER_G
-from levelhead.sources.sentences import gyroscope_reason
 from levelhead.sources.table import Table
 from levelhead.units import DEGREE
 

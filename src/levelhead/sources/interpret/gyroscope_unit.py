@@ -16,7 +16,7 @@ from levelhead.open_types import JsonObject, ReadOnlyJson
 from levelhead.recording import Array, median
 from levelhead.signals.gravity_turn import MIN_CORRELATION, MIN_TURN, GravityTurn, quiet_turn, turn_of_gravity
 from levelhead.signals.mean_force import MIN_WINDOWS, STRIDES, is_gravity_left, mean_forces, steadiness_of_gravity
-from levelhead.sources.conclusion import Basis
+from levelhead.sources.conclusions import Basis
 from levelhead.sources.interpret.counts import ACC, DEGREES, RADIANS, STEPS, Chip, candidates, field_sensitivity
 from levelhead.units import DEGREE, GRAVITY
 
@@ -61,7 +61,7 @@ class GyroscopeUnit(NamedTuple):
     Attributes:
         unit: "rad/s", "deg/s", or None where counts are more likely or nothing is.
         counts: counts per deg/s, if it is a chip's.
-        reason: the evidence; ``sources.sentences`` puts it into words.
+        reason: the evidence; ``sources.conclusions.sentences`` puts it into words.
         facts: its numbers.
         basis: a guess unless gravity's turn proves it.
         reversed: whether gravity turns against the gyroscope, while nothing else than gravity is felt.

@@ -7,8 +7,8 @@ import numpy as np
 
 from levelhead import units
 from levelhead.recording import Array, median
-from levelhead.sources.conclusion import Basis, Conclusion
-from levelhead.sources.interpret.clock_choice import guess_unit
+from levelhead.sources.conclusions import Basis, Conclusion
+from levelhead.sources.interpret.stamp_unit import guess_unit
 from levelhead.sources.names.column_name import name_increment, understand
 from levelhead.sources.table import ArrayTable, Column, Table, in_memory, words_of
 

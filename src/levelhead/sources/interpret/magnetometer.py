@@ -4,10 +4,10 @@ from levelhead import units
 from levelhead.recording import Array
 from levelhead.signals.field_turn import FieldTurn
 from levelhead.signals.gravity_turn import median_norm
-from levelhead.sources.conclusion import Basis, Conclusion
+from levelhead.sources.conclusions import Basis, Conclusion
 from levelhead.sources.hints import Scale, count_word
 from levelhead.sources.interpret.counts import field_sensitivity
-from levelhead.sources.interpret.declared import Evidence, are_whole
+from levelhead.sources.interpret.evidence import Evidence, are_whole
 
 
 def mag_scale(

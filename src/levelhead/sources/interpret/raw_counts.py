@@ -7,7 +7,7 @@ number of that size. Other full scales are not guessed: 8192 counts of the accel
 import numpy as np
 
 from levelhead.recording import Array
-from levelhead.sources.conclusion import Basis, Conclusion
+from levelhead.sources.conclusions import Basis, Conclusion
 from levelhead.sources.hints import Scale
 from levelhead.units import GRAVITY, factor
 

@@ -8,7 +8,7 @@ from levelhead import units
 from levelhead.errors import LevelheadError
 from levelhead.recording import Array, Truth
 from levelhead.rotations import rotate
-from levelhead.sources.conclusion import Basis, Conclusion
+from levelhead.sources.conclusions import Basis, Conclusion
 from levelhead.sources.interpret.roles import Roles
 from levelhead.sources.interpretation import Interpretation
 from levelhead.sources.names.column_name import unit_in

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from difflib import get_close_matches
 
 from levelhead.errors import LevelheadError, nearest
-from levelhead.sources.conclusion import Basis, Conclusion
+from levelhead.sources.conclusions import Basis, Conclusion
 from levelhead.sources.hints import MEANING, QUANTITY, WIDTH, NeedsHints
 from levelhead.sources.names.column_groups import (
     ColumnGroup,

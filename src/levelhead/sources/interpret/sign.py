@@ -6,9 +6,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from levelhead.recording import Array
-from levelhead.sources.conclusion import Basis, Conclusion
+from levelhead.sources.conclusions import Basis, Conclusion
 from levelhead.sources.hints import Scale
-from levelhead.sources.interpret.declared import Evidence
+from levelhead.sources.interpret.evidence import Evidence
 from levelhead.sources.names.vendors import find_vendor
 from levelhead.sources.table import Table
 from levelhead.units import GRAVITY

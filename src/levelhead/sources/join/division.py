@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from levelhead.sources.conclusion import Basis, Conclusion
+from levelhead.sources.conclusions import Basis, Conclusion
 from levelhead.sources.hints import Hints
 from levelhead.sources.interpret.interleaved_rows import parts_of
 from levelhead.sources.names.column_groups import group_axes, order_positions

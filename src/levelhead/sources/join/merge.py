@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from levelhead.errors import LevelheadError
 from levelhead.recording import Array, median
 from levelhead.signals.gravity_direction import keeps_length_of_gravity
-from levelhead.sources.conclusion import Basis, Conclusion
+from levelhead.sources.conclusions import Basis, Conclusion
 from levelhead.sources.hints import MEANING, Hints, NeedsHints, Scale, SuggestsCommand
 from levelhead.sources.interpret.accelerometer import lacks_gravity
 from levelhead.sources.interpret.clock_choice import Candidate, beside_clock, choose, join_seconds, seconds, with_ticks

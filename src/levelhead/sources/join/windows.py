@@ -3,7 +3,7 @@
 import numpy as np
 
 from levelhead.recording import Array
-from levelhead.sources.conclusion import Basis, Conclusion
+from levelhead.sources.conclusions import Basis, Conclusion
 from levelhead.sources.names.column_name import understand
 from levelhead.sources.table import ArrayTable, Table
 

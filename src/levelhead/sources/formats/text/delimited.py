@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from levelhead.errors import LevelheadError
 from levelhead.open_types import Untyped
 from levelhead.recording import Array
-from levelhead.sources.conclusion import Basis, Conclusion
+from levelhead.sources.conclusions import Basis, Conclusion
 from levelhead.sources.formats.text.cells import MISSING, cells, is_comment, lines_of, unify_breaks
 from levelhead.sources.formats.text.dates import NS, nanoseconds, over_midnight
 from levelhead.sources.formats.text.file import TextFile

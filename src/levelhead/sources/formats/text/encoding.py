@@ -5,7 +5,7 @@ from importlib.util import find_spec
 from typing import NamedTuple
 
 from levelhead.errors import LevelheadError
-from levelhead.sources.conclusion import Basis, Conclusion
+from levelhead.sources.conclusions import Basis, Conclusion
 
 MARKS = ((codecs.BOM_UTF8, "utf-8"), (codecs.BOM_UTF16_LE, "utf-16-le"), (codecs.BOM_UTF16_BE, "utf-16-be"))
 _DEGREES = (("gb18030", b"\xa1\xe3"), ("cp949", b"\xa1\xc6/"), ("cp932", b"\x81\x8b/"))  # "°", "°/" of the east

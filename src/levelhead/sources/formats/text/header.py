@@ -7,7 +7,7 @@ from itertools import pairwise
 
 from levelhead import units
 from levelhead.open_types import ReadOnlyJson
-from levelhead.sources.conclusion import Basis, Conclusion
+from levelhead.sources.conclusions import Basis, Conclusion
 from levelhead.sources.formats.text.cells import cells, is_number, trim
 from levelhead.sources.names.column_name import understand
 

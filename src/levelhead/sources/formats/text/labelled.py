@@ -12,7 +12,7 @@ import numpy as np
 
 from levelhead import units
 from levelhead.errors import LevelheadError
-from levelhead.sources.conclusion import Basis, Conclusion
+from levelhead.sources.conclusions import Basis, Conclusion
 from levelhead.sources.formats.text.file import TextFile
 from levelhead.sources.formats.text.header import rate_in
 from levelhead.sources.table import ArrayTable

@@ -10,7 +10,7 @@ from itertools import islice, pairwise
 from typing import NamedTuple
 
 from levelhead.errors import LevelheadError
-from levelhead.sources.conclusion import Conclusion
+from levelhead.sources.conclusions import Conclusion
 from levelhead.sources.formats.text.cells import (
     DELIMITERS,
     MISSING,

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from levelhead.sources.conclusion import Basis, Conclusion
+from levelhead.sources.conclusions import Basis, Conclusion
 from levelhead.sources.formats.text.cells import cells, is_comment, is_number
 from levelhead.sources.formats.text.dates import is_stamp, nanoseconds
 from levelhead.sources.formats.text.file import TextFile

@@ -8,7 +8,7 @@ import numpy as np
 
 from levelhead.errors import LevelheadError
 from levelhead.open_types import JsonObject
-from levelhead.sources.conclusion import Basis, Conclusion
+from levelhead.sources.conclusions import Basis, Conclusion
 from levelhead.sources.formats.text.cells import is_comment, is_number
 from levelhead.sources.formats.text.file import TextFile
 from levelhead.sources.table import ArrayTable

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from levelhead.sources.conclusion import Basis, Conclusion
+from levelhead.sources.conclusions import Basis, Conclusion
 from levelhead.sources.formats.text.cells import cells, is_comment, is_number, lines_of
 from levelhead.sources.formats.text.dates import is_stamp, nanoseconds
 from levelhead.sources.formats.text.file import TextFile

@@ -24,7 +24,7 @@ class Conclusion(NamedTuple):
     """One decision that the reader made.
 
     Attributes:
-        about: the subject, such as "acc.unit"; ``sources.sentences`` lists them all.
+        about: the subject, such as "acc.unit"; ``sources.conclusions.sentences`` lists them all.
         reason: the name of the evidence; with ``about`` it selects the sentence.
         value: the result, such as "m/s²".
         basis: the kind of evidence.

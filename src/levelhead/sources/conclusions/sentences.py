@@ -4,7 +4,7 @@ import shlex
 from collections.abc import Callable, Iterable, Mapping
 
 from levelhead.open_types import ReadOnlyJson
-from levelhead.sources.conclusion import Conclusion
+from levelhead.sources.conclusions import Conclusion
 from levelhead.sources.hints import MEANING
 
 Template = str | Callable[[Conclusion], str]
