@@ -88,7 +88,8 @@ docs: $(VENV)/.docs
 
 # Ten operators of the source, each changed in a copy; ROOM=sources/join SEED=1 COUNT=40 choose which.
 mutants: $(READY)
-	$(BIN)/python tests/mutants.py --room "$(ROOM)" --seed $(or $(SEED),0) --count $(or $(COUNT),10)
+	$(BIN)/python tests/mutants.py --room "$(ROOM)" --seed $(or $(SEED),0) --count $(or $(COUNT),10) \
+	    --jobs 2 --tiers $(or $(TIERS),1)
 
 lint: $(READY)
 	$(BIN)/ruff check .

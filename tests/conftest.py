@@ -44,13 +44,14 @@ def pytest_collection() -> None:
 
 
 @pytest.hookimpl(tryfirst=True)
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     """Numba takes 10 to 60 s for each filter: in the second tier it compiles one, in the third all of them.
 
     The native engine, which users have, is compared with plain Python for all filters in the first. Files that take
     longest begin first: at the end no process has one of them to itself while the others have none.
     """
-    items.sort(key=lambda item: item.path.name not in LONGEST)
+    if hasattr(config, "workerinput"):
+        items.sort(key=lambda item: item.path.name not in LONGEST)
     for item in items:
         callspec = getattr(item, "callspec", None)  # what a parametrised test is called with
         flt = callspec.params.get("flt") if callspec is not None else None

@@ -1,24 +1,28 @@
 """Changes one operator of the source at random and shows whether the tests notice it.
 
-    python tests/mutants.py [--count 10] [--seed 0] [--room sources] [--mark "not full"] [TEST…]
+    python tests/mutants.py [--count 10] [--seed 0] [--room sources] [--jobs 2] [--tiers 2] [TEST…]
 
-Each change is made in a copy of the repository. A survivor is a gap in the tests, or the same program: look at it.
+Each change is made in a copy of the repository. The tests of its room run first, then all others: one that fails is
+enough. A survivor is a gap in the tests, or the same program: look at it.
 """
 
 import argparse
 import ast
 import os
 import random
+import re
 import shutil
 import subprocess
 import sys
 import tempfile
 from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import NamedTuple
 
 ROOT = Path(__file__).resolve().parents[1]
 SOURCE = Path("src", "levelhead")
+TIERS = ("not compiled and not slow and not full", "(compiled or slow) and not full", "full")  # make quick, test, …
 SWAPS: dict[type[ast.AST], tuple[str, str]] = {
     ast.Eq: ("==", "!="), ast.NotEq: ("!=", "=="), ast.Lt: ("<", ">="), ast.LtE: ("<=", ">"), ast.Gt: (">", "<="),
     ast.GtE: (">=", "<"), ast.Add: ("+", "-"), ast.Sub: ("-", "+"), ast.Mult: ("*", "/"), ast.Div: ("/", "*"),
@@ -64,49 +68,76 @@ def operands(node: ast.AST) -> list[tuple[ast.AST, ast.expr, ast.expr]]:
     return []
 
 
-def survives(mutant: Mutant, tests: Sequence[str], mark: str, limit: float) -> bool:
-    """Whether the tests pass with the change."""
+def apply(mutant: Mutant, copy: Path) -> None:
+    """Makes the change in a copy of the repository."""
+    lines = (copy / mutant.path).read_bytes().split(b"\n")
+    line = lines[mutant.line - 1]
+    end = mutant.column + len(mutant.old)
+    lines[mutant.line - 1] = line[: mutant.column] + mutant.new.encode() + line[end:]
+    (copy / mutant.path).write_bytes(b"\n".join(lines))
+
+
+def order(mutant: Mutant, tests: Sequence[str]) -> list[str]:
+    """All tests, those of the room first: they notice most changes within seconds."""
+    if tests:
+        return list(tests)
+    room = mutant.path.parts[2]
+    every = sorted(str(one.relative_to(ROOT)) for one in (ROOT / "tests").iterdir() if any(one.rglob("test_*.py")))
+    alone = sorted(str(one.relative_to(ROOT)) for one in (ROOT / "tests").glob("test_*.py"))
+    return sorted([*every, *alone], key=lambda one: Path(one).name != room)
+
+
+def find_tier(mutant: Mutant, tests: Sequence[str], tiers: Sequence[str], limit: float) -> tuple[int, str]:
+    """The number of the first tier that notices the change, from 1, and the test that does; 0: none does.
+
+    A tier that takes longer than ``limit`` s has noticed.
+    """
     with tempfile.TemporaryDirectory(prefix="levelhead-mutant-") as folder:
         copy = Path(folder, "repository")
-        shutil.copytree(ROOT, copy, ignore=shutil.ignore_patterns(".git", ".venv", "__pycache__", ".*_cache"))
-        lines = (copy / mutant.path).read_bytes().split(b"\n")
-        line = lines[mutant.line - 1]
-        end = mutant.column + len(mutant.old)
-        lines[mutant.line - 1] = line[: mutant.column] + mutant.new.encode() + line[end:]
-        (copy / mutant.path).write_bytes(b"\n".join(lines))
-        command = [sys.executable, "-m", "pytest", "-q", "-x", "-p", "no:cacheprovider", "-m", mark, *tests]
+        ignored = shutil.ignore_patterns(".git", ".venv*", "__pycache__", ".*_cache", "node_modules")
+        shutil.copytree(ROOT, copy, ignore=ignored)
+        apply(mutant, copy)
         paths = {"PYTHONPATH": str(copy / "src"), "OPENBLAS_NUM_THREADS": "1"}
-        try:
-            done = subprocess.run(
-                command, cwd=copy, env={**os.environ, **paths}, capture_output=True, check=False, timeout=limit
-            )
-        except subprocess.TimeoutExpired:
-            return False
-    if done.returncode not in (0, 1):
-        raise SystemExit(done.stdout.decode()[-2000:] + done.stderr.decode()[-2000:])
-    return done.returncode == 0
+        for tier, mark in enumerate(tiers, 1):
+            command = [sys.executable, "-m", "pytest", "-q", "-x", "-p", "no:cacheprovider", "-m", mark]
+            try:
+                done = subprocess.run(
+                    [*command, *order(mutant, tests)],
+                    cwd=copy, env={**os.environ, **paths}, capture_output=True, check=False, timeout=limit,
+                )  # fmt: skip
+            except subprocess.TimeoutExpired:
+                return tier, f"more than {limit:.0f} s"
+            if done.returncode == 1:
+                failed = re.search(r"^(FAILED|ERROR) (\S+)", done.stdout.decode(), re.MULTILINE)
+                return tier, failed[2] if failed else done.stdout.decode()[-200:]
+            if done.returncode:
+                raise SystemExit(done.stdout.decode()[-2000:] + done.stderr.decode()[-2000:])
+    return 0, ""
 
 
 def main() -> None:
     """Print each change and its verdict; exit code 1 if one survived."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("tests", nargs="*", default=["tests"], help="test files (default: all)")
+    parser.add_argument("tests", nargs="*", help="test files (default: all)")
     parser.add_argument("--count", type=int, default=10, help="changes")
     parser.add_argument("--seed", type=int, default=0, help="of the draw")
     parser.add_argument("--room", default="", help="a folder or file of src/levelhead")
-    parser.add_argument("--mark", default="not compiled and not slow and not full", help="the tier, as of pytest -m")
-    parser.add_argument("--limit", type=float, default=1800.0, help="seconds of the tests, beyond which they noticed")
+    parser.add_argument("--jobs", type=int, default=1, help="changes that are tried at the same time")
+    parser.add_argument("--tiers", type=int, choices=(1, 2, 3), default=1, help="1: make quick, 2: make test, 3: all")
+    parser.add_argument("--limit", type=float, default=1800.0, help="seconds of a tier, beyond which it has noticed")
     given = parser.parse_args()
     place = ROOT / SOURCE / given.room
     files = sorted(place.rglob("*.py")) if place.is_dir() else [place]
     every = [mutant for file in files for mutant in operators(file.relative_to(ROOT))]
     drawn = random.Random(given.seed).sample(every, min(given.count, len(every)))
     lived = 0
-    for mutant in drawn:
-        alive = survives(mutant, given.tests, given.mark, given.limit)
-        lived += alive
-        verdict = "SURVIVED" if alive else "noticed"
-        print(f"{verdict:9} {mutant.path}:{mutant.line}  {mutant.old} -> {mutant.new}", flush=True)
+    with ThreadPoolExecutor(given.jobs) as pool:
+        tiers = TIERS[: given.tiers]
+        verdicts = pool.map(lambda one: find_tier(one, given.tests, tiers, given.limit), drawn)
+        for mutant, (tier, test) in zip(drawn, verdicts, strict=True):
+            lived += not tier
+            verdict = f"tier {tier}" if tier else "SURVIVED"
+            print(f"{verdict:9} {mutant.path}:{mutant.line}  {mutant.old} -> {mutant.new}  {test}", flush=True)
     print(f"{len(drawn) - lived} of {len(drawn)} noticed (seed {given.seed}, {len(every)} operators)")
     sys.exit(int(lived > 0))
 
