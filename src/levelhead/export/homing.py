@@ -3,25 +3,30 @@
 Without that, a covariance that changes at every second sample would be read and written at each.
 """
 
+from collections import Counter
+
 from levelhead.export.graph import Branch, Call, Item, Items, Loop, Operand, Place, Store, items_within
 from levelhead.export.procedures import Procedure, list_operands, outer_place
 
 
 def home_phis(procedure: Procedure) -> None:
     """Moves stores into arms, wherever the place is left alone from the branch to the store."""
-    stores = [(block, item) for block, item in items_within(procedure.graph.body) if isinstance(item, Store)]
-    for block, store in stores:
-        _home(procedure, block, store)
+    items = list(items_within(procedure.graph.body))
+    users = Counter(id(operand) for _, item in items for operand in list_operands(item))
+    for block, item in items:
+        if isinstance(item, Store):
+            _home(procedure, block, item, users)
 
 
-def _home(procedure: Procedure, block: Items, store: Store) -> None:
+def _home(procedure: Procedure, block: Items, store: Store, users: Counter[int]) -> None:
+    """``users``: id of a number -> the items that take it, counted."""
     phi = store.value
     if phi.op != "phi" or phi.content.block is not block:
         return
     branch: Branch = phi.content
     first, last = block.items.index(branch), block.items.index(store)
     if any(touches(item, store.place) for item in block.items[first + 1 : last]) or not (
-        _is_only_stored(procedure, phi, store) or _gains(phi, store.place)
+        (users[id(phi)] == 1 and phi not in procedure.returned) or _gains(phi, store.place)
     ):
         return
     block.items.remove(store)
@@ -30,19 +35,14 @@ def _home(procedure: Procedure, block: Items, store: Store) -> None:
         if contents.get(store.place) is not value:
             inner.append((arm, Store(store.place, value, store.final)))
             arm.items.append(inner[-1][1])
+            users[id(value)] += 1
             contents[store.place] = value
+    users.subtract(id(value) for value in (phi, *phi.arguments))
     branch.phis = {key: one for key, one in branch.phis.items() if one is not phi}
     phi.op, phi.arguments, phi.content, phi.after = "load", (), (store.place, -1), branch
     procedure.graph.loads.append(phi)
     for arm, one in inner:
-        _home(procedure, arm, one)
-
-
-def _is_only_stored(procedure: Procedure, phi: Operand, store: Store) -> bool:
-    """Whether nothing but a store takes a number."""
-    return phi not in procedure.returned and not any(
-        item is not store and phi in list_operands(item) for _, item in items_within(procedure.graph.body)
-    )
+        _home(procedure, arm, one, users)
 
 
 def _gains(phi: Operand, place: Place) -> bool:

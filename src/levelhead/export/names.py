@@ -2,6 +2,7 @@
 
 import ast
 import builtins
+import functools
 import types
 from collections.abc import Container
 from typing import Any
@@ -54,6 +55,7 @@ def by_field(node: ast.Call, names: list[str]) -> dict[str, ast.expr] | None:
     return {name: given[name] for name in names}
 
 
+@functools.cache
 def loaded_in(node: ast.AST) -> set[str]:
     """Names that are read somewhere inside."""
     found = {part.id for part in ast.walk(node) if isinstance(part, ast.Name) and isinstance(part.ctx, ast.Load)}
@@ -61,6 +63,7 @@ def loaded_in(node: ast.AST) -> set[str]:
     return found | {target.id for target in added if isinstance(target, ast.Name)}
 
 
+@functools.cache
 def stored_in(node: ast.AST) -> set[str]:
     """Names that get a value somewhere inside."""
     return {part.id for part in ast.walk(node) if isinstance(part, ast.Name) and isinstance(part.ctx, ast.Store)}

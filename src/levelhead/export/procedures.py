@@ -6,6 +6,7 @@ the guard, no reading is ever clipped. That is assumed of every field first, and
 """
 
 import ast
+import functools
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
@@ -406,6 +407,7 @@ def called_kernels(roots: Sequence[KernelFunction]) -> set[KernelFunction]:
     return called - set(roots)
 
 
+@functools.cache
 def _has_loops(function: KernelFunction) -> bool:
     """Whether there is a loop in a kernel or in its calls."""
     return any(isinstance(node, ast.For) for node in ast.walk(read_source(function).tree)) or any(
@@ -413,11 +415,13 @@ def _has_loops(function: KernelFunction) -> bool:
     )
 
 
+@functools.cache
 def _allocates(function: KernelFunction) -> bool:
     tree, local = read_source(function).tree, function.__code__.co_varnames
     return any(allocation(function, node, local) is not None for node in ast.walk(tree))
 
 
+@functools.cache
 def _operations(function: KernelFunction) -> tuple[int, list[KernelFunction]]:
     """The number of operations and constants of records of a kernel itself, and its calls, once for each place."""
     own, called = 0, []
