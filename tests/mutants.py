@@ -16,14 +16,14 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor, as_completed
 from pathlib import Path
 from typing import NamedTuple
 
 ROOT = Path(__file__).resolve().parents[1]
 SOURCE = Path("src", "levelhead")
 TIERS = ("not compiled and not slow and not full", "(compiled or slow) and not full", "full")  # make quick, test, …
-KERNELS = ("filters", "guard", "kernels")
+NATIVE = ("export", "filters", "guard", "kernels")  # rooms that the native engine is made of
 SWAPS: dict[type[ast.AST], tuple[str, str]] = {
     ast.Eq: ("==", "!="), ast.NotEq: ("!=", "=="), ast.Lt: ("<", ">="), ast.LtE: ("<=", ">"), ast.Gt: (">", "<="),
     ast.GtE: (">=", "<"), ast.Add: ("+", "-"), ast.Sub: ("-", "+"), ast.Mult: ("*", "/"), ast.Div: ("/", "*"),
@@ -79,16 +79,10 @@ def apply(mutant: Mutant, copy: Path) -> None:
 
 
 def order(mutant: Mutant, tests: Sequence[str]) -> list[str]:
-    """All tests, those of the room first: they notice most changes within seconds.
-
-    A change of a kernel makes the native engine stale, and all runs slow. The C of it shows the change at once.
-    """
-    if tests:
-        return list(tests)
+    """All test files, those of the room first: they notice most changes within seconds."""
     room = mutant.path.parts[2]
-    first = "test_golden.py" if room in KERNELS else ""
     files = sorted(path.relative_to(ROOT) for path in (ROOT / "tests").rglob("test_*.py"))
-    return [str(path) for path in sorted(files, key=lambda path: (path.name != first, room not in path.parts))]
+    return list(tests) or [str(path) for path in sorted(files, key=lambda path: room not in path.parts)]
 
 
 def find_tier(mutant: Mutant, tests: Sequence[str], tiers: Sequence[str], limit: float) -> tuple[int, str]:
@@ -101,13 +95,17 @@ def find_tier(mutant: Mutant, tests: Sequence[str], tiers: Sequence[str], limit:
         ignored = shutil.ignore_patterns(".git", ".venv*", "__pycache__", ".*_cache", "node_modules")
         shutil.copytree(ROOT, copy, ignore=ignored)
         apply(mutant, copy)
-        paths = {"PYTHONPATH": str(copy / "src"), "OPENBLAS_NUM_THREADS": "1"}
+        env = {**os.environ, "PYTHONPATH": str(copy / "src"), "OPENBLAS_NUM_THREADS": "1"}
+        if mutant.path.parts[2] in NATIVE:  # make quick builds it
+            build = [sys.executable, "-m", "levelhead.export.extension"]
+            if subprocess.run(build, cwd=copy, env=env, capture_output=True, check=False).returncode:
+                return 1, "the native engine is not built"
         for tier, mark in enumerate(tiers, 1):
             command = [sys.executable, "-m", "pytest", "-q", "-x", "-p", "no:cacheprovider", "-m", mark]
             try:
                 done = subprocess.run(
                     [*command, *order(mutant, tests)],
-                    cwd=copy, env={**os.environ, **paths}, capture_output=True, check=False, timeout=limit,
+                    cwd=copy, env=env, capture_output=True, check=False, timeout=limit,
                 )  # fmt: skip
             except subprocess.TimeoutExpired:
                 return tier, f"more than {limit:.0f} s"
@@ -137,8 +135,9 @@ def main() -> None:
     lived = 0
     with ThreadPoolExecutor(given.jobs) as pool:
         tiers = TIERS[: given.tiers]
-        verdicts = pool.map(lambda one: find_tier(one, given.tests, tiers, given.limit), drawn)
-        for mutant, (tier, test) in zip(drawn, verdicts, strict=True):
+        verdicts = {pool.submit(find_tier, one, given.tests, tiers, given.limit): one for one in drawn}
+        for done in as_completed(verdicts):
+            mutant, (tier, test) = verdicts[done], done.result()
             lived += not tier
             verdict = f"tier {tier}" if tier else "SURVIVED"
             print(f"{verdict:9} {mutant.path}:{mutant.line}  {mutant.old} -> {mutant.new}  {test}", flush=True)
