@@ -15,7 +15,9 @@ import pytest
 import levelhead as lh
 from levelhead.cli import main
 from levelhead.cli.node_terminal import StatusLines
+from levelhead.sources.devices.serial_lines import SerialLines
 from levelhead.sources.formats import npz
+from levelhead.sources.sensors.bus import SensorError
 
 RUN = ("run", "--no-realtime", "--source")
 
@@ -72,6 +74,16 @@ def test_a_replay_into_a_black_box_is_what_fuse_makes_of_the_file(levelhead, log
 )
 def test_bad_input(refused, words, said):
     assert said in refused(*RUN, *words)
+
+
+@pytest.mark.slow
+def test_a_source_that_takes_long_to_fail_prints_its_error_only(refused, monkeypatch):
+    def fail(_):
+        time.sleep(1.2)  # the first status line would come after 1 s
+        raise SensorError("bus_error", "the port does not answer")
+
+    monkeypatch.setattr(SerialLines, "start", fail)
+    assert "the port does not answer" in refused(*RUN, "serial:/dev/ttyUSB0")
 
 
 @pytest.mark.parametrize("port", ["0", "80000", "-1"])

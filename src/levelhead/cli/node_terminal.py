@@ -52,16 +52,18 @@ class StatusLines:
         self._thread.join(timeout=2.0)
 
     def _run(self) -> None:
-        samples, last = 0, time.monotonic()
+        samples, last, started = 0, time.monotonic(), False
         while True:
             event = self._events.get(timeout=max(0.0, last + 1.0 - time.monotonic()))
             if event is not None:
+                started = True
                 self._print_event(event)
             elif self._events.closed:
                 return
             now = time.monotonic()
             if now - last >= 1.0:
-                self._print(status_line(self._node, (self._node.samples - samples) / (now - last), self._frame))
+                if started:  # a source that takes long to fail leaves one sentence, its error
+                    self._print(status_line(self._node, (self._node.samples - samples) / (now - last), self._frame))
                 samples, last = self._node.samples, now
 
     def _print_event(self, event: Untyped) -> None:
