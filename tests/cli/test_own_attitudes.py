@@ -40,7 +40,7 @@ def write_tlog(path: Path, flight, fine: bool, quaternion: bool) -> None:
                 counts = [*np.rint(acc[i] / GRAVITY * 1e3), *np.rint(gyr[i] * 1e3), *np.rint(mag[i] * 10.0)]
                 messages = [dialect.MAVLink_raw_imu_message(1000 * ms, *(int(one) for one in counts))]
             if i % 4 == 0 and quaternion:
-                quat = truth[i].as_quat(scalar_first=True)
+                quat = 0.98 * truth[i].as_quat(scalar_first=True)  # rounded: only about of length 1
                 messages.append(dialect.MAVLink_attitude_quaternion_message(ms, *quat, 0.0, 0.0, 0.0))
             elif i % 4 == 0:
                 yaw, pitch, roll = truth[i].as_euler("ZYX")
@@ -63,6 +63,7 @@ def test_a_log_of_mavlink(flight, tmp_path, fine, quaternion):
         np.testing.assert_allclose(have, want, atol=bit)
     ((name, track),) = attitudes(tmp_path / "flight.tlog").items()
     assert name == ("ATTITUDE_QUATERNION of 1.1" if quaternion else "ATTITUDE of 1.1")
+    np.testing.assert_allclose(np.linalg.norm(track.quat, axis=1), 1.0, atol=1e-12)
     off = Rotation.from_quat(track.quat, scalar_first=True).inv() * truth[::4]
     assert len(track.t) == len(rec.t[::4]) and np.degrees(off.magnitude()).max() < 1e-3
 
