@@ -297,14 +297,25 @@ def test_a_late_sensor_is_named_with_its_delay(clean: Recording, role: str) -> N
     assert "sensor_delay" not in findings(one.mend.apply(changed(clean, **{role: late})))
 
 
+@pytest.mark.parametrize(("motion", "seed"), [("hand", 2), ("walking", 1)])
+def test_the_whole_delay_is_found_although_forces_hide_a_part(motion: str, seed: int) -> None:
+    """An arm's and a walker's forces explain a part of each shift: the fit alone moves by 30 ms of 40."""
+    clean = changed(lh.simulate.recording("ICM-20948", motion, duration=60.0, seed=seed), mag=None)
+    before = agree(clean).seen[0].fit.delay
+    for delay in (0.04, 0.08):
+        found = agree(changed(clean, gyr=late(clean, clean.gyr, delay))).seen[0].fit
+        assert before - found.delay == pytest.approx(delay, abs=0.002)
+        assert abs(found.delay + delay) < 2.0 * found.sigma[3]
+
+
 def test_the_field_shows_a_late_gyroscope_where_forces_hide_it() -> None:
     """A drone's force stays along its body. Its magnetometer cannot come before the field, so the gyroscope is late."""
     clean = lh.simulate.recording("LSM6DSO32", "drone", duration=60.0, seed=1, mag="HMC5883L")
-    late = changed(clean, gyr=np.stack([np.interp(clean.t - 0.08, clean.t, axis) for axis in clean.gyr.T], axis=1))
-    one = findings(late)["sensor_delay"]
+    behind = changed(clean, gyr=late(clean, clean.gyr, 0.08))
+    one = findings(behind)["sensor_delay"]
     assert "than the accelerometer and the magnetometer" in one.what and one.mend.role == "gyr"
     assert one.interval[0] <= -80.0 <= one.interval[1] and one.value == pytest.approx(-80.0, abs=15.0)
-    assert "sensor_delay" not in findings(changed(late, mag=None)) | findings(clean)
+    assert "sensor_delay" not in findings(changed(behind, mag=None)) | findings(clean)
     behind = np.stack([np.interp(clean.t - 0.08, clean.t, axis) for axis in clean.mag.T], axis=1)
     found = findings(changed(clean, mag=behind))
     assert found["mag_delay"].value == pytest.approx(80.0, abs=5.0) and "sensor_delay" not in found

@@ -7,7 +7,7 @@ one with the least χ² + penalty wins (G. Schwarz, Estimating the dimension of 
 """
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -49,7 +49,9 @@ ASKEW = 30.0 * DEGREE  # mountings about each axis that are tried too
 BASINS = 0.9  # of the identity's residual: the limit below which another wiring starts the fit
 SHIFTED = 0.015  # s of delay, beyond which the fit is made again
 SLOW = 0.05  # s of delay, from which it may be a filter
-TREATMENTS = 4
+PROBE, STEP, STEP_OF_FILTER = 0.03, 0.08, 0.15  # s of the shortest first step, and of the longest steps
+TREATMENTS = 6
+LEAST_SHARE = 0.05  # of a shift that the delay of a fit follows: one above zero
 MAX_ROWS = 100_000  # rows that show the distribution of rates
 MIN_GAIN = 12.0  # of χ² + penalty, by which a fault must be better than none
 TIED = 8.0  # by which two faults differ
@@ -181,22 +183,54 @@ def settle(seen: Seen, fault: "Hypothesis | None") -> Seen:
 def _without_delay(seg: Segments, whole: TurnMatrix, spread: float) -> tuple[TurnMatrix, bool]:
     """The fit to a vector without its delay, or without the filter that it went through, and which of the two.
 
-    Each is another vector, so the share of its turn that is left decides.
+    Each is another vector, so the share of its turn that is left decides. Where no treatment leaves less, the fit as it
+    was stays, and the distance to the zero of the delay widens its σ.
     """
-    ways = [(False, seg.shift), (True, seg.sharpen)] if seg.is_force and whole.delay > SLOW else [(False, seg.shift)]
-    best, chosen, least = whole, False, _share_left(seg, whole)
-    for filtered, treat in ways:
-        one, total, treated = whole, 0.0, seg
-        for _ in range(TREATMENTS):
-            total += one.delay
-            if abs(one.delay) < SHIFTED:
-                break
-            treated = treat(total)
-            one = fit(treated, one.matrix, ALL_NINE, spread)
-        share = _share_left(treated, one)
-        if share < least:
-            best, chosen, least = one._replace(delay=total), filtered, share
-    return best, chosen
+    if not seg.is_force and abs(whole.delay) < SHIFTED:
+        return whole, False
+    shifted, treated = _remove_delay(whole, seg.shift, STEP, spread)
+    away = math.hypot(shifted.sigma[3], shifted.delay - whole.delay)
+    best, least, filtered = _widen(whole, 1.0, away), _share_left(seg, whole), False
+    if (share := _share_left(treated, shifted)) < least:
+        best, least = shifted, share
+    if seg.is_force and whole.delay > SLOW:
+        sharpened, treated = _remove_delay(whole, seg.sharpen, STEP_OF_FILTER, spread)
+        if _share_left(treated, sharpened) < least:
+            best, filtered = sharpened, True
+    return best, filtered
+
+
+def _remove_delay(
+    whole: TurnMatrix, treat: Callable[[float], Segments], longest: float, spread: float
+) -> tuple[TurnMatrix, Segments]:
+    """The fit to a vector without its delay, which secants find, and that vector.
+
+    A vector that is shifted by τ shows a delay of d(τ) = r (τ₀ − τ): forces that the arm or bounded velocities explain
+    pull it towards zero, so that r ≤ 1. They do not move its zero τ₀:
+
+        τ₀ = τ + d(τ) / r,   r = (d(τ₁) − d(τ₂)) / (τ₂ − τ₁),   σ(τ₀) = σ(d) / r                                (1)
+    """
+    one, total, followed, treated = whole, 0.0, 1.0, treat(0.0)
+    for number in range(TREATMENTS):
+        step = float(np.clip(one.delay / followed, -longest, longest))
+        if number == 0:
+            step = math.copysign(max(abs(step), PROBE), step)
+        elif abs(step) < SHIFTED:
+            break
+        treated = treat(total + step)
+        other = fit(treated, one.matrix, ALL_NINE, spread)
+        followed = float(np.clip((one.delay - other.delay) / step, LEAST_SHARE, 1.0))
+        one, total = other, total + step
+    return _widen(one._replace(delay=total + one.delay / followed), followed, 0.0), treated
+
+
+def _widen(found: TurnMatrix, followed: float, away: float) -> TurnMatrix:
+    """With the σ of the delay divided by the share of a shift that it follows, and another σ added, s."""
+    covariance = found.more_covariance.copy()
+    covariance[3] /= followed
+    covariance[:, 3] /= followed
+    covariance[3, 3] += away**2
+    return found._replace(more_covariance=covariance)
 
 
 def _share_left(seg: Segments, found: TurnMatrix) -> float:
