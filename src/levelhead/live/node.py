@@ -343,6 +343,7 @@ class Node:
             return
         self._closed = True
         if self._began:
+            self.recorder.check()  # a short run may end before the next look
             self.safe_state.end()
             text = f"{self.samples} samples, ticks missed: {self.loop.missed}"
             self.journal.note("stopped", text, **self.figures())
