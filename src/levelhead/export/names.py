@@ -56,14 +56,18 @@ def by_field(node: ast.Call, names: list[str]) -> dict[str, ast.expr] | None:
 
 
 @functools.cache
-def loaded_in(node: ast.AST) -> set[str]:
+def loaded_in(node: ast.AST) -> frozenset[str]:
     """Names that are read somewhere inside."""
-    found = {part.id for part in ast.walk(node) if isinstance(part, ast.Name) and isinstance(part.ctx, ast.Load)}
+    found = frozenset(
+        part.id for part in ast.walk(node) if isinstance(part, ast.Name) and isinstance(part.ctx, ast.Load)
+    )
     added = (part.target for part in ast.walk(node) if isinstance(part, ast.AugAssign))
     return found | {target.id for target in added if isinstance(target, ast.Name)}
 
 
 @functools.cache
-def stored_in(node: ast.AST) -> set[str]:
+def stored_in(node: ast.AST) -> frozenset[str]:
     """Names that get a value somewhere inside."""
-    return {part.id for part in ast.walk(node) if isinstance(part, ast.Name) and isinstance(part.ctx, ast.Store)}
+    return frozenset(
+        part.id for part in ast.walk(node) if isinstance(part, ast.Name) and isinstance(part.ctx, ast.Store)
+    )

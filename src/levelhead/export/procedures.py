@@ -368,7 +368,7 @@ def list_operands(item: Untyped) -> Iterator[Operand]:
 def called_kernels(roots: Sequence[KernelFunction]) -> set[KernelFunction]:
     """The kernels that stay calls: rare ones, and large ones that stand in several places."""
     order: list[KernelFunction] = []
-    callees: dict[KernelFunction, list[KernelFunction]] = {}
+    callees: dict[KernelFunction, tuple[KernelFunction, ...]] = {}
     weights: dict[KernelFunction, int] = {}
 
     def is_rare(function: KernelFunction) -> bool:
@@ -422,7 +422,7 @@ def _allocates(function: KernelFunction) -> bool:
 
 
 @functools.cache
-def _operations(function: KernelFunction) -> tuple[int, list[KernelFunction]]:
+def _operations(function: KernelFunction) -> tuple[int, tuple[KernelFunction, ...]]:
     """The number of operations and constants of records of a kernel itself, and its calls, once for each place."""
     own, called = 0, []
     for node in ast.walk(read_source(function).tree):
@@ -432,7 +432,7 @@ def _operations(function: KernelFunction) -> tuple[int, list[KernelFunction]]:
             callee = resolve_name(function, node.func, function.__code__.co_varnames)
             if is_kernel(callee):
                 called.append(callee)
-    return own, called
+    return own, tuple(called)
 
 
 def steady_members(value: Untyped) -> Steady:

@@ -50,7 +50,7 @@ BASINS = 0.9  # of the identity's residual: the limit below which another wiring
 SHIFTED = 0.015  # s of delay, beyond which the fit is made again
 SLOW = 0.05  # s of delay, from which it may be a filter
 PROBE, STEP, STEP_OF_FILTER = 0.03, 0.08, 0.15  # s of the shortest first step, and of the longest steps
-TREATMENTS = 6
+TREATMENTS = 6  # shifts, or filters, that are tried at most
 LEAST_SHARE = 0.05  # of a shift that the delay of a fit follows: one above zero
 MAX_ROWS = 100_000  # rows that show the distribution of rates
 MIN_GAIN = 12.0  # of χ² + penalty, by which a fault must be better than none
@@ -210,17 +210,15 @@ def _remove_delay(
 
         τ₀ = τ + d(τ) / r,   r = (d(τ₁) − d(τ₂)) / (τ₂ − τ₁),   σ(τ₀) = σ(d) / r                                (1)
     """
-    one, total, followed, treated = whole, 0.0, 1.0, treat(0.0)
-    for number in range(TREATMENTS):
+    one, total, step = whole, 0.0, math.copysign(min(max(abs(whole.delay), PROBE), longest), whole.delay)
+    for _ in range(TREATMENTS):
+        total += step
+        treated = treat(total)
+        before, one = one.delay, fit(treated, one.matrix, ALL_NINE, spread)
+        followed = float(np.clip((before - one.delay) / step, LEAST_SHARE, 1.0))
         step = float(np.clip(one.delay / followed, -longest, longest))
-        if number == 0:
-            step = math.copysign(max(abs(step), PROBE), step)
-        elif abs(step) < SHIFTED:
+        if abs(step) < SHIFTED:
             break
-        treated = treat(total + step)
-        other = fit(treated, one.matrix, ALL_NINE, spread)
-        followed = float(np.clip((one.delay - other.delay) / step, LEAST_SHARE, 1.0))
-        one, total = other, total + step
     return _widen(one._replace(delay=total + one.delay / followed), followed, 0.0), treated
 
 

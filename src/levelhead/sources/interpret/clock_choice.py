@@ -13,7 +13,7 @@ from levelhead.sources.conclusions import Basis, Conclusion
 from levelhead.sources.hints import NeedsHints, Scale
 from levelhead.sources.interpret.arrival import restore_clock
 from levelhead.sources.interpret.clock_repair import Repair, first_of_bursts, repair_stamps
-from levelhead.sources.interpret.stamp_unit import EPOCH, guess_unit, median_interval
+from levelhead.sources.interpret.stamp_unit import EPOCH, guess_unit, usual_interval
 from levelhead.sources.interpretation import ClockRule, scale_stamps
 from levelhead.sources.table import Column, Table
 
@@ -309,7 +309,7 @@ def _stale_rows(stamps: Column) -> int:
 
 def _plausible(stamps: Column, declared: str, name: str, found: list[Conclusion]) -> str:
     """The declared unit, or another where no sensor is read at the rate that it gives."""
-    step = median_interval(stamps)
+    step = usual_interval(stamps)
     factor = units.factor("time", declared)
     other = guess_unit(stamps)
     if step == 0.0 or MIN_INTERVAL < step * factor < _MAX_INTERVAL or units.factor("time", other) == factor:
@@ -333,7 +333,7 @@ def _infer_unit(stamps: Column, table: Table, name: str) -> tuple[Scale | str, C
     Raises:
         NeedsHints: a counter.
     """
-    step = median_interval(stamps)
+    step = usual_interval(stamps)
     unit = guess_unit(stamps)
     if table.rate is not None and step > 0.0:
         guessed = 1.0 / (step * units.factor("time", unit))

@@ -16,7 +16,7 @@ def guess_unit(stamps: Array | NDArray[np.int64]) -> str:
 
     Days are those of spreadsheets, which count from 1900, and of MATLAB, which count from year 0.
     """
-    step, first = median_interval(stamps), abs(float(stamps[0]))
+    step, first = usual_interval(stamps), abs(float(stamps[0]))
     if 0.0 < step < _DAYS_STEP and any(low < first < high for low, high in _DAYS):
         return "days"
     for unit in ("s", "ms", "us", "ns"):
@@ -28,11 +28,11 @@ def guess_unit(stamps: Array | NDArray[np.int64]) -> str:
 
 def guess_tick(stamps: Array | NDArray[np.int64]) -> str:
     """The unit of Xsens' SampleTimeFine: 100 µs of an MTi, 1 µs of a DOT, which gives 4 Hz or more."""
-    return "100us" if median_interval(stamps) < 1e4 * _SLOWEST_MEDIAN["s"] else "us"
+    return "100us" if usual_interval(stamps) < 1e4 * _SLOWEST_MEDIAN["s"] else "us"
 
 
-def median_interval(stamps: Array | NDArray[np.int64]) -> float:
-    """The median interval; where most stamps stand still, as in bursts, the mean one."""
+def usual_interval(stamps: Array | NDArray[np.int64]) -> float:
+    """The median interval, in stamps; where most stamps stand still, as in bursts, the mean one."""
     if len(stamps) < 2:
         return 0.0
     steps = np.diff(stamps[:100_000])
