@@ -60,7 +60,7 @@ def functions():
 
 def assembly(function, letters):
     """The machine code of a function for this processor as text, not from the cache."""
-    dispatcher = numba.njit(**OPTIONS)(_copy_twin(function, function.__qualname__))
+    dispatcher = numba.njit(**OPTIONS)(_copy_twin(function, function.__qualname__, lanes=True))
     entry_point(dispatcher, letters)
     return "\n".join(dispatcher.inspect_asm().values())
 

@@ -16,9 +16,10 @@ from levelhead.compiler.cache import OPTIONS, code_hash, remove_stale
 from levelhead.compiler.mark import KernelFunction, list_reachable, replace_calls
 
 
-def _copy_twin(function: KernelFunction, qualname: str) -> KernelFunction:
+def _copy_twin(function: KernelFunction, qualname: str, lanes: bool) -> KernelFunction:
+    inline = functools.partial(_compile_inline, lanes=lanes)
     twin = types.FunctionType(
-        function.__code__, replace_calls(function, _compile_inline), function.__name__, function.__defaults__
+        function.__code__, replace_calls(function, inline), function.__name__, function.__defaults__
     )
     twin.__module__ = function.__module__
     twin.__qualname__ = qualname
@@ -26,7 +27,7 @@ def _copy_twin(function: KernelFunction, qualname: str) -> KernelFunction:
 
 
 @functools.cache
-def _compile_inline(function: KernelFunction) -> CompiledFunction:
+def _compile_inline(function: KernelFunction, lanes: bool) -> CompiledFunction:
     """The compiled twin of a kernel that other kernels call; forced inline, so LLVM can use SIMD."""
     import numba
 
@@ -34,11 +35,14 @@ def _compile_inline(function: KernelFunction) -> CompiledFunction:
         from levelhead.compiler import intrinsics
 
         return getattr(intrinsics, function.__name__)
-    twin = _copy_twin(function, function.__qualname__)
+    from levelhead.compiler.linking import LaneCompiler, LinkedCompiler
+
+    twin = _copy_twin(function, function.__qualname__, lanes)
     inline = not hasattr(function, "__noinline__")
     # Python never calls it, so the code for that is not compiled.
     alone: NumbaOptions = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
-    return numba.njit(forceinline=inline, nogil=True, **alone, **OPTIONS)(twin)
+    compiler = LaneCompiler if lanes else LinkedCompiler
+    return numba.njit(forceinline=inline, nogil=True, pipeline_class=compiler, **alone, **OPTIONS)(twin)
 
 
 SECONDS_PER_BYTE = 3e-4  # of byte code that a function reaches: 5 to 10 s for a filter with its driver
@@ -81,10 +85,11 @@ def _register_listener() -> None:
 
 
 @functools.cache
-def compile_kernel(function: KernelFunction, releases_gil: bool = True) -> CompiledFunction:
+def compile_kernel(function: KernelFunction, releases_gil: bool = True, lanes: bool = False) -> CompiledFunction:
     """The compiled twin of an outermost kernel (a driver), kept on disk where there is a place for it.
 
     Long work lets other Python threads run meanwhile; for one sample giving the lock away costs more than the sample.
+    ``lanes``: the kernel has a loop over lanes that is to become SIMD.
 
     Numba looks for a writable cache beside the source, then in the user's cache folder; where neither can be written
     (a read-only install and no home) the twin is compiled anew in each process instead of failing.
@@ -93,7 +98,7 @@ def compile_kernel(function: KernelFunction, releases_gil: bool = True) -> Compi
 
     _register_listener()
     code = code_hash(function)
-    twin = _copy_twin(function, f"{function.__qualname__}_{code}")
+    twin = _copy_twin(function, f"{function.__qualname__}_{code}", lanes)
     _announced[twin] = compile_notice(function)
     options = OPTIONS | {"nogil": releases_gil}
     try:

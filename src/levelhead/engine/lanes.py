@@ -112,7 +112,7 @@ def compile_lanes(variant: Variant, short: bool) -> CompiledLanes:
     machine = rebind(lane_kernels.run_lanes, (*pairs, (lane_kernels.sink, sink)), owner, inline=True)
     if short:
         machine = rebind(machine, lane_kernels.RARE, inline=True)
-    return CompiledLanes(run=compile_kernel(machine), params=params, results=results, rows=rows)
+    return CompiledLanes(run=compile_kernel(machine, lanes=True), params=params, results=results, rows=rows)
 
 
 class LaneBlock:
