@@ -1,6 +1,6 @@
 """Every shipped filter on real recordings with optical truth, and every recording through the command line.
 
-The bounds are about 1.3 times what was measured when they were written. They guard against regressions; they print_line
+The bounds are about 1.3 times what was measured when they were written. They guard against regressions; they say
 nothing about how good a filter could be. What must hold in any case stands in the tests of order.
 """
 

@@ -54,11 +54,11 @@ def findings(recording: Recording) -> dict[str, Finding]:
 
 def test_rotations_are_those_of_scipy() -> None:
     rate = np.random.default_rng(0).normal(size=(37, 2, 3))
-    turned, at = integrate_rotation(rate, np.full((37, 2), 0.05)), Rotation.identity()
+    turned, at = integrate_rotation(rate.transpose(2, 0, 1), np.full((37, 2), 0.05)), Rotation.identity()
     for k in range(37):
         bent = 0.05 / 24.0 * (rate[k + 1, 1] - rate[k - 1, 1]) if 0 < k < 36 else 0.0
         middle = at * Rotation.from_rotvec(0.025 * rate[k, 1] - bent)
-        assert np.allclose(middle.as_matrix(), turned[k, 1], atol=1e-12)
+        assert np.allclose(middle.as_matrix(), turned[..., k, 1], atol=1e-12)
         at = at * Rotation.from_rotvec(0.05 * rate[k, 1])
 
 

@@ -16,7 +16,7 @@ Econometrica 50, 1982, eq. 3.2): nothing is assumed of noise within one.
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cache, cached_property
 from itertools import permutations, product
 from typing import NamedTuple
 
@@ -125,6 +125,27 @@ class Segments:
         made: Array = np.concatenate([middle[:1], middle, middle[-1:]])
         return made
 
+    @cached_property
+    def turns(self) -> Array:
+        """(6, k m) the rate and the coning."""
+        return np.concatenate([_planes(self.rate), _planes(self.coning)]).reshape(6, -1)
+
+    @cached_property
+    def planes(self) -> Array:
+        """(3, k, m) the vector."""
+        return _planes(self.vector)
+
+    @cached_property
+    def changes(self) -> Array:
+        """(3, k, m) the vector's derivative."""
+        return _planes(self.change)
+
+    @cached_property
+    def shaped(self) -> Array:
+        """(5, 3, k, m) the vector times each of SHAPES."""
+        made: Array = (SHAPES @ self.planes.reshape(3, -1)).reshape(len(SHAPES), *self.planes.shape)
+        return made
+
     def choose(self, most: int) -> "Segments":
         """At most so many segments, spread over the recording."""
         rows = np.linspace(0, len(self.start) - 1, min(most, len(self.start))).round().astype(int)
@@ -210,10 +231,17 @@ def _coning(angle: Array) -> Array:
     return made
 
 
+def _planes(values: Array) -> Array:
+    """(3, k, m) of (k, m, 3) values: sums over one number at a time run over contiguous memory."""
+    return np.ascontiguousarray(values.transpose(2, 0, 1))
+
+
 def _cofactors(matrix: Array) -> Array:
     """The matrix C with (M a) × (M b) = C (a × b)."""
-    x, y, z = matrix
-    return np.stack([np.cross(y, z), np.cross(z, x), np.cross(x, y)])
+    one, other = [1, 2, 0], [2, 0, 1]
+    made: Array = matrix[np.ix_(one, one)] * matrix[np.ix_(other, other)]
+    made -= matrix[np.ix_(one, other)] * matrix[np.ix_(other, one)]
+    return made
 
 
 def _skew(values: Array) -> Array:
@@ -224,14 +252,14 @@ def _skew(values: Array) -> Array:
 
 
 def integrate_rotation(rate: Array, step: Array) -> Array:
-    """(k, m, 3, 3) mean rotations over each sample into the frame of each segment's start.
+    """(3, 3, k, m) mean rotations over each sample into the frame of each segment's start; ``rate`` (3, k, m).
 
     A sample is a mean over its step T, and so must the rotation be: with rates that change linearly over three samples
     the mean angle from the step's start is ω T/2 − (ω₊ − ω₋) T/24.
     Products of quaternions, doubled in length each time within a run of samples and then over the runs (W. D. Hillis,
     G. L. Steele, Data parallel algorithms, 1986).
     """
-    angle = np.moveaxis(rate * step[..., None], -1, 0)
+    angle = rate * step
     change = np.zeros_like(angle)
     change[:, 1:-1] = angle[:, 2:] - angle[:, :-2]
     mid, each = _quaternion(0.5 * angle - change / 24.0), _quaternion(angle)
@@ -247,11 +275,11 @@ def integrate_rotation(rate: Array, step: Array) -> Array:
     whole = _product(before, total).reshape(2, runs * RUN, m)[:, :k]
     a, b = _product(whole, mid)
     w, x, y, z = a.real, a.imag, b.real, b.imag
-    made = np.empty((k, m, 3, 3))
+    made = np.empty((3, 3, k, m))
     xx, yy, zz = 2.0 * x * x, 2.0 * y * y, 2.0 * z * z
-    made[..., 0, 0], made[..., 1, 1], made[..., 2, 2] = 1.0 - (yy + zz), 1.0 - (xx + zz), 1.0 - (xx + yy)
+    made[0, 0], made[1, 1], made[2, 2] = 1.0 - (yy + zz), 1.0 - (xx + zz), 1.0 - (xx + yy)
     for i, j, both, other in ((0, 1, x * y, w * z), (2, 0, x * z, w * y), (1, 2, y * z, w * x)):
-        made[..., j, i], made[..., i, j] = 2.0 * (both + other), 2.0 * (both - other)
+        made[j, i], made[i, j] = 2.0 * (both + other), 2.0 * (both - other)
     return made
 
 
@@ -263,7 +291,7 @@ def _quaternion(vector: Array) -> Pairs:
     """(2, …) quaternions of (3, …) rotation vectors, each as the pair (w + x i, y + z i) of Cayley and Dickson."""
     half = 0.5 * vector
     norm = np.sqrt((half * half).sum(axis=0))
-    x, y, z = np.sinc(norm / np.pi) * half
+    x, y, z = np.sin(norm) / np.maximum(norm, 1e-300) * half
     made = np.empty((2, *norm.shape), complex)
     made.real, made.imag = (np.cos(norm), y), (x, z)
     return made
@@ -272,7 +300,9 @@ def _quaternion(vector: Array) -> Pairs:
 def _product(p: Pairs, q: Pairs) -> Pairs:
     """Hamilton's product of quaternions as pairs: (a + b j)(c + d j) = a c − b d* + (a d + b c*) j."""
     (a, b), (c, d) = p, q
-    return np.stack([a * c - b * d.conj(), a * d + b * c.conj()])
+    made = np.empty((2, *np.broadcast_shapes(a.shape, c.shape)), complex)
+    made[0], made[1] = a * c - b * d.conj(), a * d + b * c.conj()
+    return made
 
 
 def _running_product(each: Pairs, axis: int) -> Pairs:
@@ -298,47 +328,60 @@ def _without_trend(values: Array, line: bool) -> Array:
 class _State(NamedTuple):
     cost: Array
     left: Array
-    rotation: Array
-    turned: Array
+    rotation: Array  # (3, 3, k, m)
+    turned: Array  # (3, k, m)
     more: Array
 
 
 def _evaluate(seg: Segments, matrix: Array, bias: Array, more: Array) -> _State:
     """The rest at M, b and r (or c)."""
-    rate = seg.rate @ matrix.T + bias + seg.coning @ _cofactors(matrix).T
+    rate = (np.hstack([matrix, _cofactors(matrix)]) @ seg.turns + bias[:, None]).reshape(3, *seg.step.shape)
     rotation = integrate_rotation(rate, seg.step)
-    turned = np.einsum("kmij,kmj->kmi", rotation, seg.vector)
+    turned, late = _turn(rotation, seg.planes), _turn(rotation, seg.changes)
     if seg.is_force:
-        total = _totals(turned * seg.step[..., None])
-        last = _edges(len(rate))[1:] - 1
-        columns = rotation[last] @ _skew(rate[last])
-        late = _totals(np.einsum("kmij,kmj->kmi", rotation, seg.change) * seg.step[..., None])
+        total, late = _totals(turned * seg.step), _totals(late * seg.step)
+        last = _edges(len(seg.step))[1:] - 1
+        columns = rotation[..., last, :].transpose(2, 3, 0, 1) @ _skew(rate[:, last].transpose(1, 2, 0))
+        columns = np.concatenate([columns, -late[..., None]], axis=-1)
     else:
-        total, columns = _blocks(turned), _blocks(rotation)
-        late = _blocks(np.einsum("kmij,kmj->kmi", rotation, seg.change))
-    columns = np.concatenate([columns, -late[..., None]], axis=-1)
-    if not seg.is_force:
-        shaped = np.einsum("sij,kmj->kmis", SHAPES, seg.vector)
-        columns = np.concatenate([columns, -_blocks(rotation @ shaped)], axis=-1)
+        total, late = _blocks(turned), _blocks(late)
+        shaped = np.stack([_blocks(_turn(rotation, one)) for one in seg.shaped], axis=-1)
+        columns = np.concatenate([_blocks(rotation), -late[..., None], -shaped], axis=-1)
     columns = _without_trend(columns, seg.is_force)
     left = _without_trend(total, seg.is_force) - columns @ more
     return _State((left * left).sum(axis=(0, 2)) / BLOCKS, left, rotation, turned, columns)
 
 
+def _turn(rotation: Array, vector: Array) -> Array:
+    """(3, k, m) vectors, each by its own of (3, 3, k, m) rotations."""
+    made: Array = rotation[:, 0] * vector[0]
+    made += rotation[:, 1] * vector[1]
+    made += rotation[:, 2] * vector[2]
+    return made
+
+
+@cache
 def _edges(count: int) -> NDArray[np.intp]:
-    return np.linspace(0, count, BLOCKS + 1).astype(np.intp)
+    made = np.linspace(0, count, BLOCKS + 1).astype(np.intp)
+    made.flags.writeable = False
+    return made
+
+
+def _sums(values: Array) -> Array:
+    """(BLOCKS, m, …) sums of blocks of (…, k, m) values."""
+    made: Array = np.add.reduceat(values, _edges(values.shape[-2])[:-1], axis=-2)
+    return made.transpose(-2 % made.ndim, -1 % made.ndim, *range(made.ndim - 2))
 
 
 def _totals(values: Array) -> Array:
-    """(BLOCKS, …) sums of (n, …) values up to the end of each block."""
-    made: Array = np.cumsum(np.add.reduceat(values, _edges(len(values))[:-1], axis=0), axis=0)
+    """(BLOCKS, m, …) sums of (…, k, m) values up to the end of each block."""
+    made: Array = np.cumsum(_sums(values), axis=0)
     return made
 
 
 def _blocks(values: Array) -> Array:
-    """(BLOCKS, …) means of blocks of (n, …) values."""
-    edges = _edges(len(values))
-    made: Array = np.add.reduceat(values, edges[:-1], axis=0) / np.diff(edges).reshape(-1, *[1] * (values.ndim - 1))
+    """(BLOCKS, m, …) means of blocks of (…, k, m) values."""
+    made: Array = _sums(values) / np.diff(_edges(values.shape[-2])).reshape(-1, *[1] * (values.ndim - 1))
     return made
 
 
@@ -347,10 +390,10 @@ def _normal(seg: Segments, state: _State, basis: Array) -> tuple[Array, Array]:
     m, p = seg.step.shape[1], len(basis)
     edges = _edges(len(seg.step))
     # One number at a time with the samples last: sums run over contiguous memory, and stays in the processor's cache
-    rotation = np.ascontiguousarray(state.rotation.transpose(3, 2, 1, 0))
+    rotation = np.ascontiguousarray(state.rotation.transpose(1, 0, 3, 2))
     step = np.ascontiguousarray(seg.step.T)
     rate = seg.rate.transpose(2, 1, 0) * step
-    x, y, z = state.turned.transpose(2, 1, 0) * (step if seg.is_force else 1.0)
+    x, y, z = state.turned.transpose(0, 2, 1) * (step if seg.is_force else 1.0)
     change = np.empty((p + 3, 3, m, BLOCKS))
     for i in range(p + 3):
         if i < p:
