@@ -1,4 +1,4 @@
-"""The chips hold what their data sheets print_line, in SI units."""
+"""The chips hold what their data sheets print, in SI units."""
 
 import math
 
