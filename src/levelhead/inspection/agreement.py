@@ -104,13 +104,12 @@ class Hypothesis(NamedTuple):
 
 def look(role: str, seg: Segments) -> Seen:
     """The matrix that fits best, from the best start."""
-    nothing = fit(seg, np.zeros((3, 3)), NONE).left
     whole = _fit_from(seg, _screened(seg))
-    if nothing < CLEAR * whole.left and np.abs(whole.matrix - IDENTITY).max() > UNLIKE:
+    if seg.unturned < CLEAR * whole.left and np.abs(whole.matrix - IDENTITY).max() > UNLIKE:
         other = _fit_from(seg, _searched(seg))
         whole = other if other.left < BASINS * whole.left else whole
     whole, filtered = _without_delay(seg, whole, 1.0)
-    contrast = nothing / max(whole.left, 1e-9)
+    contrast = seg.unturned / max(whole.left, 1e-9)
     floor = FLOOR + FOLLOWS / max(contrast**2 - 1.0, 1e-3)  # residual over the part that the turn explains
     covariance = whole.covariance + floor**2 * np.eye(9)
     weight = np.asarray(np.linalg.inv(covariance), dtype=np.float64)
@@ -232,7 +231,7 @@ def _widen(found: TurnMatrix, followed: float, away: float) -> TurnMatrix:
 
 
 def _share_left(seg: Segments, found: TurnMatrix) -> float:
-    return found.left / max(fit(seg, np.zeros((3, 3)), NONE).left, 1e-9)
+    return found.left / max(seg.unturned, 1e-9)
 
 
 def _chi(seen: Seen, matrix: Array) -> float:

@@ -126,6 +126,11 @@ class Segments:
         return made
 
     @cached_property
+    def unturned(self) -> float:
+        """The rms that is left where nothing is turned back."""
+        return fit(self, np.zeros((3, 3)), NONE).left
+
+    @cached_property
     def turns(self) -> Array:
         """(6, k m) the rate and the coning."""
         return np.concatenate([_planes(self.rate), _planes(self.coning)]).reshape(6, -1)
