@@ -65,7 +65,8 @@ wheels: $(READY) page
 	cd build && env -i HOME="$(CURDIR)/build" PATH=/nonexistent bare/bin/levelhead demo --out bare/demo
 
 # Three tiers; every test is in one of them, by its marks (CONTRIBUTING.md).
-quick: native page
+quick:
+	$(MAKE) --no-print-directory --jobs=2 --output-sync=target native page
 	$(MAKE) --no-print-directory --jobs=2 --output-sync=target lint plain  # mypy keeps one core busy only
 
 plain: $(READY)
