@@ -23,7 +23,7 @@ from typing import NamedTuple
 ROOT = Path(__file__).resolve().parents[1]
 SOURCE = Path("src", "levelhead")
 TIERS = ("not compiled and not slow and not full", "(compiled or slow) and not full", "full")  # make quick, test, …
-NATIVE = ("export", "filters", "guard", "kernels")  # rooms that the native engine is made of
+NATIVE = ("engine", "export", "filters", "guard", "kernels")  # rooms that the native engine is made of
 SWAPS: dict[type[ast.AST], tuple[str, str]] = {
     ast.Eq: ("==", "!="), ast.NotEq: ("!=", "=="), ast.Lt: ("<", ">="), ast.LtE: ("<=", ">"), ast.Gt: (">", "<="),
     ast.GtE: (">=", "<"), ast.Add: ("+", "-"), ast.Sub: ("-", "+"), ast.Mult: ("*", "/"), ast.Div: ("/", "*"),

@@ -252,6 +252,14 @@ def test_soft_iron(clean: Recording, longer: float) -> None:
     assert length.std() / length.mean() < 0.03
 
 
+def test_hard_iron_beside_soft_iron_is_that_of_the_readings(clean: Recording) -> None:
+    assert clean.mag is not None
+    iron = np.linalg.norm(clean.mag, axis=1).mean() * np.array([0.1, 0.5, -0.2])
+    one = findings(changed(clean, mag=clean.mag * [1.0, 1.5, 1.0] + iron))["mag_offset"]
+    assert one.mend is not None
+    np.testing.assert_allclose(one.mend.offset, iron, atol=0.1 * np.linalg.norm(iron))
+
+
 @pytest.mark.parametrize(("axis", "size"), [(0, 3.0), (2, 5.0)])
 def test_a_jump_of_the_bias_is_found_with_its_time_and_mended(clean: Recording, axis: int, size: float) -> None:
     gyr = np.array(clean.gyr)

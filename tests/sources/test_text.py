@@ -160,6 +160,12 @@ def test_bad_files(tmp_path: Path, lines: list[str], hints: dict, sentence: str)
     assert sentence in said and "log.csv" in said
 
 
+def test_a_zero_byte_far_down_is_refused_with_its_line(tmp_path: Path) -> None:
+    rows = [f"{0.01 * k:.2f},0.01,0.02,0.03,0.1,0.2,9.8" for k in range(20_000)]
+    rows[15_000] += "\0"
+    assert "line 15002: a zero byte; expected text" in refused(log(tmp_path, HEADER, *rows))
+
+
 @pytest.mark.parametrize(
     ("codec", "note"),
     [("cp1252", "cp1252"), ("gb18030", "gb18030"), ("utf-16", ""), ("utf-16-le", "UTF-16"), ("utf-8", "")],
