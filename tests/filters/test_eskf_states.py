@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 import levelhead as lh
+from levelhead.filters.eskf import adaptation
 from levelhead.filters.eskf import state as at
 
 PACKAGE = Path(lh.__file__).parent
@@ -154,3 +155,10 @@ def test_the_memory_has_no_gap_and_no_place_twice():
     constants = {value for name, value in vars(at).items() if name.isupper() and isinstance(value, int)}
     assert {one.first for one in places} <= constants
     assert places[-1].first + places[-1].size == at.SIZE
+
+
+def test_the_walk_of_the_bias_is_bounded():
+    m = [0.0] * at.SIZE
+    m[at.BLOCK_TIME], m[at.X + at.GYR_BIAS] = 1.0, 1.0
+    adaptation.adapt_bias_walk(m)
+    assert m[at.BIAS_WALK] == adaptation.MOST_WALK**2

@@ -84,6 +84,10 @@ def test_two_header_lines_with_spread_groups(tmp_path: Path) -> None:
     assert recording.meta["units"]["gyr"] == "rad/s" and recording.acc[0, 2] == 9.8
 
 
+def test_a_header_has_six_lines_at_most(tmp_path: Path) -> None:
+    assert "the gyroscope has b b b b b gx [rad/s] but" in refused(log(tmp_path, *["a,b,c,d,e,f,g"] * 8, HEADER, *ROWS))
+
+
 def test_a_header_in_a_comment(tmp_path: Path) -> None:
     euroc = "#timestamp [ns],w_RS_S_x [rad s^-1],w_RS_S_y [rad s^-1],w_RS_S_z [rad s^-1],"
     euroc += "a_RS_S_x [m s^-2],a_RS_S_y [m s^-2],a_RS_S_z [m s^-2]"
