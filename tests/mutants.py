@@ -115,6 +115,8 @@ def find_tier(mutant: Mutant, tests: Sequence[str], tiers: Sequence[str], limit:
             if done.returncode == 1:
                 failed = re.search(r"^(FAILED|ERROR) (\S+)", done.stdout.decode(), re.MULTILINE)
                 return tier, failed[2] if failed else done.stdout.decode()[-200:]
+            if done.returncode < 0:
+                return tier, f"ended by signal {-done.returncode}"
             if done.returncode not in (0, 5):  # 5: the files have no test of this tier
                 raise SystemExit(done.stdout.decode()[-2000:] + done.stderr.decode()[-2000:])
     return 0, ""
