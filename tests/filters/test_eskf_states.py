@@ -10,8 +10,13 @@ from pathlib import Path
 import pytest
 
 import levelhead as lh
+from levelhead.filters.contract import POSITION, VELOCITY
 from levelhead.filters.eskf import adaptation
 from levelhead.filters.eskf import state as at
+from levelhead.filters.eskf.covariance import state_variance
+from levelhead.filters.eskf.filter import init, update_aiding
+from levelhead.kernels.tilt import UNIFORM
+from levelhead.kernels.vec3 import ZERO, Vec3
 
 PACKAGE = Path(lh.__file__).parent
 
@@ -162,3 +167,12 @@ def test_the_walk_of_the_bias_is_bounded():
     m[at.BLOCK_TIME], m[at.X + at.GYR_BIAS] = 1.0, 1.0
     adaptation.adapt_bias_walk(m)
     assert m[at.BIAS_WALK] == adaptation.MOST_WALK**2
+
+
+def test_the_first_velocity_makes_heading_unknown():
+    """Without a field: a position gives a direction, and the first velocity one by which heading can be found."""
+    params = lh.ESKF()
+    state = init(params, ZERO, Vec3(0.0, 0.0, 9.81), ZERO)
+    for row, sigma in ((POSITION, at.UNKNOWN), (VELOCITY, UNIFORM)):
+        state = update_aiding(params, state, row, 0.0, 1.0, 0.0)
+        assert state_variance(state.memory, at.HEADING) == pytest.approx(sigma**2)
