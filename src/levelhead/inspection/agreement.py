@@ -105,11 +105,11 @@ class Hypothesis(NamedTuple):
 def look(role: str, seg: Segments) -> Seen:
     """The matrix that fits best, from the best start."""
     whole = _fit_from(seg, _screened(seg))
-    if seg.unturned < CLEAR * whole.left and np.abs(whole.matrix - IDENTITY).max() > UNLIKE:
+    if seg.scatter < CLEAR * whole.left and np.abs(whole.matrix - IDENTITY).max() > UNLIKE:
         other = _fit_from(seg, _searched(seg))
         whole = other if other.left < BASINS * whole.left else whole
     whole, filtered = _without_delay(seg, whole, 1.0)
-    contrast = seg.unturned / max(whole.left, 1e-9)
+    contrast = seg.scatter / max(whole.left, 1e-9)
     floor = FLOOR + FOLLOWS / max(contrast**2 - 1.0, 1e-3)  # residual over the part that the turn explains
     covariance = whole.covariance + floor**2 * np.eye(9)
     weight = np.asarray(np.linalg.inv(covariance), dtype=np.float64)
@@ -231,7 +231,7 @@ def _widen(found: TurnMatrix, followed: float, away: float) -> TurnMatrix:
 
 
 def _share_left(seg: Segments, found: TurnMatrix) -> float:
-    return found.left / max(seg.unturned, 1e-9)
+    return found.left / max(seg.scatter, 1e-9)
 
 
 def _chi(seen: Seen, matrix: Array) -> float:

@@ -126,29 +126,29 @@ class Segments:
         return made
 
     @cached_property
-    def unturned(self) -> float:
-        """The rms that is left where nothing is turned back."""
+    def scatter(self) -> float:
+        """The rms that is left where nothing is turned back: m/s of a force, the unit of the field."""
         return fit(self, np.zeros((3, 3)), NONE).left
 
     @cached_property
-    def turns(self) -> Array:
-        """(6, k m) the rate and the coning."""
+    def rate_planes(self) -> Array:
+        """(6, k m) the rate and the coning, rad/s."""
         return np.concatenate([_planes(self.rate), _planes(self.coning)]).reshape(6, -1)
 
     @cached_property
-    def planes(self) -> Array:
+    def vector_planes(self) -> Array:
         """(3, k, m) the vector."""
         return _planes(self.vector)
 
     @cached_property
-    def changes(self) -> Array:
+    def change_planes(self) -> Array:
         """(3, k, m) the vector's derivative."""
         return _planes(self.change)
 
     @cached_property
-    def shaped(self) -> Array:
+    def shape_planes(self) -> Array:
         """(5, 3, k, m) the vector times each of SHAPES."""
-        made: Array = (SHAPES @ self.planes.reshape(3, -1)).reshape(len(SHAPES), *self.planes.shape)
+        made: Array = (SHAPES @ self.vector_planes.reshape(3, -1)).reshape(len(SHAPES), *self.vector_planes.shape)
         return made
 
     def choose(self, most: int) -> "Segments":
@@ -257,12 +257,16 @@ def _skew(values: Array) -> Array:
 
 
 def integrate_rotation(rate: Array, step: Array) -> Array:
-    """(3, 3, k, m) mean rotations over each sample into the frame of each segment's start; ``rate`` (3, k, m).
+    """(3, 3, k, m) mean rotations over each sample into the frame of each segment's start.
 
     A sample is a mean over its step T, and so must the rotation be: with rates that change linearly over three samples
     the mean angle from the step's start is ω T/2 − (ω₊ − ω₋) T/24.
     Products of quaternions, doubled in length each time within a run of samples and then over the runs (W. D. Hillis,
     G. L. Steele, Data parallel algorithms, 1986).
+
+    Args:
+        rate: rad/s, (3, k, m).
+        step: s, (k, m).
     """
     angle = rate * step
     change = np.zeros_like(angle)
@@ -296,7 +300,7 @@ def _quaternion(vector: Array) -> Pairs:
     """(2, …) quaternions of (3, …) rotation vectors, each as the pair (w + x i, y + z i) of Cayley and Dickson."""
     half = 0.5 * vector
     norm = np.sqrt((half * half).sum(axis=0))
-    x, y, z = np.sin(norm) / np.maximum(norm, 1e-300) * half
+    x, y, z = np.sin(norm) / np.maximum(norm, 1e-300) * half  # of no rotation 0, which ``half`` is too
     made = np.empty((2, *norm.shape), complex)
     made.real, made.imag = (np.cos(norm), y), (x, z)
     return made
@@ -340,9 +344,9 @@ class _State(NamedTuple):
 
 def _evaluate(seg: Segments, matrix: Array, bias: Array, more: Array) -> _State:
     """The rest at M, b and r (or c)."""
-    rate = (np.hstack([matrix, _cofactors(matrix)]) @ seg.turns + bias[:, None]).reshape(3, *seg.step.shape)
+    rate = (np.hstack([matrix, _cofactors(matrix)]) @ seg.rate_planes + bias[:, None]).reshape(3, *seg.step.shape)
     rotation = integrate_rotation(rate, seg.step)
-    turned, late = _turn(rotation, seg.planes), _turn(rotation, seg.changes)
+    turned, late = _turn(rotation, seg.vector_planes), _turn(rotation, seg.change_planes)
     if seg.is_force:
         total, late = _totals(turned * seg.step), _totals(late * seg.step)
         last = _edges(len(seg.step))[1:] - 1
@@ -350,7 +354,7 @@ def _evaluate(seg: Segments, matrix: Array, bias: Array, more: Array) -> _State:
         columns = np.concatenate([columns, -late[..., None]], axis=-1)
     else:
         total, late = _blocks(turned), _blocks(late)
-        shaped = np.stack([_blocks(_turn(rotation, one)) for one in seg.shaped], axis=-1)
+        shaped = np.stack([_blocks(_turn(rotation, one)) for one in seg.shape_planes], axis=-1)
         columns = np.concatenate([_blocks(rotation), -late[..., None], -shaped], axis=-1)
     columns = _without_trend(columns, seg.is_force)
     left = _without_trend(total, seg.is_force) - columns @ more
@@ -375,7 +379,7 @@ def _edges(count: int) -> NDArray[np.intp]:
 def _sums(values: Array) -> Array:
     """(BLOCKS, m, …) sums of blocks of (…, k, m) values."""
     made: Array = np.add.reduceat(values, _edges(values.shape[-2])[:-1], axis=-2)
-    return made.transpose(-2 % made.ndim, -1 % made.ndim, *range(made.ndim - 2))
+    return np.moveaxis(made, (-2, -1), (0, 1))
 
 
 def _totals(values: Array) -> Array:
