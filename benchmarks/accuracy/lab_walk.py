@@ -18,7 +18,7 @@ from benchmarks.measure import once, options, show
 import levelhead as lh
 from levelhead.bench.timing import Table
 from levelhead.calibration import Calibration
-from levelhead.cli.calibrated_log import read_calibrated, read_uncalibrated
+from levelhead.cli.calibrated_log import read_calibrated
 from levelhead.cli.options import Reading
 from levelhead.evaluate import evaluate
 from levelhead.export import ExportConfig
@@ -59,7 +59,7 @@ def main() -> None:
             "calibrated": lambda log: lh.fuse(read_calibrated(Reading(), log, file), lh.EKF()),
             "and with its noise": lambda log: lh.fuse(read_calibrated(Reading(), log, file), noise),
             "and tuned": lambda log: lh.fuse(read_calibrated(Reading(), log, file), tuned),
-            "the same as C, in float": lambda log: fused(config, read_uncalibrated(Reading(), log)),
+            "the same as C, in float": lambda log: fused(config, Reading().read(log)),
         }
         logs = {"hand": folder / "motion.csv", "walking, not used": folder / "walk.csv"}
         rows = [

@@ -102,6 +102,15 @@ def test_a_magnetometer_that_does_not_turn(clean: Recording) -> None:
     assert "mag_axes" not in bad(changed(clean, mag=fixed))
 
 
+def test_iron_is_one_finding(clean: Recording) -> None:
+    """Its length varies and is no earth field, but both follow from the offset; nothing about it is unknown."""
+    assert clean.mag is not None
+    iron = 3.0 * float(np.linalg.norm(clean.mag, axis=1).mean()) * np.array([0.6, -0.5, 0.62])
+    raw = changed(clean, mag=clean.mag + iron)
+    assert bad(raw) == {"mag_offset"}
+    assert not [one for one in examine(raw).unknown if "magnetometer" in one]
+
+
 @pytest.mark.slow
 def test_the_command_line(clean: Recording, tmp_path, capsys) -> None:
     write_csv(changed(clean, gyr=-clean.gyr, mag=None), tmp_path / "log.csv")

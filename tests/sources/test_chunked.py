@@ -39,7 +39,9 @@ LOGS = {
            for name, values in columns().items() if name.startswith(("gyr", "acc"))},
         {"counts": {"gyr": "131/deg/s", "acc": "16384/g"}},
     ),
-    "missing readings": (columns(**{"gyr_x [deg/s]": np.where(np.arange(N) % 7 == 3, np.nan, 1.5)}), {}),
+    "missing readings": (
+        columns(**{"gyr_x [deg/s]": np.where(np.arange(N) % 7 == 3, np.nan, columns()["gyr_x [deg/s]"])}), {},
+    ),
 }  # fmt: skip
 
 

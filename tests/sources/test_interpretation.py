@@ -104,7 +104,7 @@ def test_it_holds_for_another_part_of_the_log() -> None:
 
 
 def test_a_field_that_was_left_out_can_be_taken_back(tmp_path: Path, hand: Recording) -> None:
-    """So the calibration gets a magnetometer whose offset alone keeps it from turning with the body."""
+    """So the calibration gets a magnetometer that does not turn with the body as its axes are."""
     assert hand.mag is not None
     rows = np.column_stack([hand.t, hand.gyr, hand.acc, hand.mag[:, [1, 0, 2]] * [-1, -1, 1]])
     log = tmp_path / "log.csv"
@@ -114,6 +114,24 @@ def test_a_field_that_was_left_out_can_be_taken_back(tmp_path: Path, hand: Recor
     assert found.unused == {"mag"} and "mag" not in found.units and lh.read(log).mag is None
     kept = lh.sources.pipeline.read_file(log, found.hints, lambda one: one.without("mag.used", "does_not_turn"))
     assert same(kept, lh.read(log, map={"mag": ["mx [uT]", "my [uT]", "mz [uT]"]}))
+
+
+@pytest.mark.parametrize("swapped", [False, True])
+def test_a_field_with_an_offset_is_kept_and_one_with_other_axes_is_not(
+    tmp_path: Path, hand: Recording, swapped: bool
+) -> None:
+    assert hand.mag is not None
+    iron = 4.0 * np.linalg.norm(hand.mag, axis=1).mean() * np.array([0.6, -0.5, 0.6])
+    mag = (hand.mag[:, [1, 2, 0]] if swapped else hand.mag) + iron
+    head = "t [s],gx [rad/s],gy [rad/s],gz [rad/s],ax [m/s2],ay [m/s2],az [m/s2],mx [uT],my [uT],mz [uT]"
+    rows = np.column_stack([hand.t, hand.gyr, hand.acc, mag])
+    np.savetxt(tmp_path / "log.csv", rows, "%.5f", ",", header=head, comments="")
+    found = lh.interpret(tmp_path / "log.csv")
+    (used,) = (one for one in found.conclusions if one.about == "mag.used")
+    assert (used.reason, used.value, used.confirm) == (
+        ("does_not_turn", False, {"map": {"mag": []}}) if swapped else ("offset", True, {})
+    )
+    assert (lh.read(tmp_path / "log.csv").mag is None) == swapped
 
 
 def test_a_file_of_its_own_needs_no_interpretation(tmp_path: Path, hand: Recording) -> None:

@@ -100,6 +100,22 @@ def test_the_digit_tells_the_unit_of_a_spin(tmp_path: Path, scale: float) -> Non
     np.testing.assert_allclose(read.acc, acc, atol=1e-6)
 
 
+@pytest.mark.parametrize("sense", [2.0, 0.0], ids=["in motion", "at rest, in whole numbers"])
+def test_readings_of_a_phone_before_their_accuracy(tmp_path: Path, hand: Recording, sense: float) -> None:
+    """As GetSensorData writes them: app's time, sensor's time, x, y, z, accuracy; or x, y, z last."""
+    gyr = (sense * hand.gyr).round(6)
+    end = ";3" if sense else ""
+    lines = ["% LogFile created by the App 'GetSensorData2.1' for Android.", "%"]
+    for t, w, f in zip(hand.t, gyr, hand.acc, strict=True):
+        axes = ";".join(f"{one:.5f}" if sense else f"{one:.0f}" for one in w)
+        lines += [f"GYRO;{t:.3f};{1000 + t:.3f};{axes}{end}"]
+        lines += [f"ACCE;{t:.3f};{1000 + t:.3f};{f[0]:.5f};{f[1]:.5f};{f[2]:.5f}{end}"]
+    (tmp_path / "log.txt").write_text("\n".join(lines) + "\n")
+    read = lh.read(tmp_path / "log.txt", units={"gyr": "rad/s", "acc": "m/s²"})
+    np.testing.assert_allclose(read.gyr, gyr, atol=1e-5)
+    np.testing.assert_allclose(read.acc, hand.acc, atol=1e-5)
+
+
 def test_a_bids_recording_by_its_channels(tmp_path: Path, hand: Recording) -> None:
     folder = tmp_path / "sub-01" / "motion"
     folder.mkdir(parents=True)

@@ -5,7 +5,7 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from levelhead.cli.calibrated_log import read_uncalibrated, read_with_field
+from levelhead.cli.calibrated_log import read_with_field
 from levelhead.cli.options import (
     OUT_FOLDER,
     Axes,
@@ -91,7 +91,7 @@ def calibrate(
         recordings = [record_live_poses(source, poses, view, speed, axes, gyr_range, acc_range, gravity, reading)]
     else:
         with progress("reading"):
-            recordings = [read_uncalibrated(reading, log) for log in logs]
+            recordings = [reading.read(log) for log in logs]
     with progress("calibrating") as report:
         found = calibrate_sensor(recordings, gravity=gravity, turn=turn, progress=report)
     name = logs[0].stem if logs else LIVE_NAME

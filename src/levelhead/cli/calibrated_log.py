@@ -11,11 +11,6 @@ from levelhead.errors import LevelheadError
 if TYPE_CHECKING:
     from levelhead.filters.contract import Filter
     from levelhead.recording import Recording
-    from levelhead.sources.interpretation import Interpretation
-
-OFFSET_ALONE = 0.8  # share of a field's turns by offset and axes that an offset explains alone, at least,
-LEAST_FREE = 0.5  # where they explain so much (a correlation)
-DOES_NOT_TURN = ("mag.used", "does_not_turn")
 
 CalibrationFile = Annotated[
     Path | None,
@@ -27,24 +22,9 @@ CalibrationFile = Annotated[
 ]
 
 
-def read_uncalibrated(reading: Reading, log: Path) -> "Recording":
-    """The recording in a log, also with a magnetometer that does not turn with the body only for want of calibration.
-
-    Elsewhere such a field is left out: a filter that does not learn the offset would follow it.
-    """
-    return reading.read(log, keep_field_with_offset)
-
-
 def read_with_field(reading: Reading, log: Path) -> "Recording":
     """The recording in a log, also with a magnetometer whose field does not turn with the body."""
-    return reading.read(log, lambda found: found.without(*DOES_NOT_TURN))
-
-
-def keep_field_with_offset(found: "Interpretation") -> "Interpretation":
-    """The interpretation with the magnetometer that only its offset keeps from turning with the body."""
-    left_out = (one.facts for one in found.conclusions if (one.about, one.reason) == DOES_NOT_TURN)
-    offset = any(facts["offset"] >= OFFSET_ALONE * max(facts["free"], LEAST_FREE) for facts in left_out)
-    return found.without(*DOES_NOT_TURN) if offset else found
+    return reading.read(log, lambda found: found.without("mag.used", "does_not_turn"))
 
 
 def read_calibrated(reading: Reading, log: Path, calibration: Path | None) -> "Recording":
@@ -53,12 +33,12 @@ def read_calibrated(reading: Reading, log: Path, calibration: Path | None) -> "R
     Raises:
         LevelheadError: no such file, or it holds no calibration.
     """
+    recording = reading.read(log)
     if calibration is None:
-        return reading.read(log)
+        return recording
     from levelhead.calibration import Calibration
 
-    known = Calibration.read(calibration)
-    return known.apply(reading.read(log) if known.mag_offset is None else read_uncalibrated(reading, log))
+    return Calibration.read(calibration).apply(recording)
 
 
 def read_without_iron(reading: Reading, log: Path, flt: "Filter", first_pass: bool = True) -> "Recording":
@@ -68,10 +48,8 @@ def read_without_iron(reading: Reading, log: Path, flt: "Filter", first_pass: bo
     a first pass over the log, and corrected; a note reports it. Without a gain, or without a first pass, the readings
     stay as they are.
     """
-    if flt.calibration is not None:
-        return read_uncalibrated(reading, log)
     found = reading.read(log)
-    if "heading" not in flt.estimates or not first_pass:
+    if flt.calibration is not None or "heading" not in flt.estimates or not first_pass:
         return found
     from levelhead.calibrate import correct_magnetometer
 

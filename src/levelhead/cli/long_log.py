@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from levelhead import filters
-from levelhead.cli.calibrated_log import keep_field_with_offset
 from levelhead.cli.fuse_options import FuseOptions, require_north
 from levelhead.cli.options import folder, print_json, print_line
 from levelhead.filters import health
@@ -93,8 +92,7 @@ def fuse_long_log(log: Path, options: FuseOptions) -> None:
 
     if options.needs_start or options.motion or options.heave:
         raise NeedsWholeLog(f"{log} is turned by its start, so it is read whole")
-    learns = filters.of(options.params).calibration is not None
-    chunks = read_chunks(log, adjust=keep_field_with_offset if learns else None, **options.reading.hints())
+    chunks = read_chunks(log, **options.reading.hints())
     options = options.at_place(chunks.head)
     if options.declination is not None:
         require_north(chunks.head, options.params)

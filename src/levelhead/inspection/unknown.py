@@ -33,7 +33,7 @@ def unknown(recording: Recording, found: Set[str]) -> Iterator[str]:
         if recording.mag is None:
             zero = "mag_unusable" in found or "mag_zero" in found
             yield f"heading relative to north: there is no {'usable ' if zero else ''}magnetometer"
-        elif hard_iron(recording) is None:
+        elif "mag_offset" not in found and hard_iron(recording) is None:
             yield "offset of the magnetometer: turn it in a figure of eight about all axes for 20 s, away from iron"
 
 

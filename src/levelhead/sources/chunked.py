@@ -6,7 +6,7 @@ refused: one whose clock is repaired, or whose sensors stand on different rows.
 """
 
 import os
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from itertools import chain
@@ -47,17 +47,14 @@ class Chunks:
         fraction: share of the file that has been given.
     """
 
-    def __init__(
-        self, path: Path, rows: int, hints: Hints, adjust: Callable[[Interpretation], Interpretation] | None = None
-    ) -> None:
+    def __init__(self, path: Path, rows: int, hints: Hints) -> None:
         self._path, self._rows, self._start = path, rows, 0
         self.fraction = 0.0
         with _head(path) as part:
             try:
                 log = open_log(part, hints)
-                found = log.found if adjust is None else adjust(log.found)
-                self._found = _streamed(log, found, path)
-                self.head = replace(apply(found, log.table), meta=found.meta() | {"source": str(path)})
+                self._found = _streamed(log, path)
+                self.head = replace(apply(log.found, log.table), meta=log.found.meta() | {"source": str(path)})
                 self._check(part)
             except SuggestsCommand as error:
                 raise error.about(str(part), str(path)) from None
@@ -109,23 +106,20 @@ class Chunks:
             self.fraction = fraction
 
 
-def _streamed(log: Log, found: Interpretation, path: Path) -> Interpretation:
+def _streamed(log: Log, path: Path) -> Interpretation:
     """The interpretation that holds for each row of a log by itself.
 
     Raises:
         NeedsWholeLog: it does not.
     """
     is_text = path.suffix.lower() in TEXT
-    if not (log.is_plain and found.streamable and (not is_text or isinstance(log.table.table, TextTable))):
+    if not (log.is_plain and log.found.streamable and (not is_text or isinstance(log.table.table, TextTable))):
         raise NeedsWholeLog(f"{path} cannot be read in chunks: its rows do not become samples one by one; {WHOLE}")
-    found = found.only({"t", "acc", "gravity", "gyr", "mag"} - found.unused)
-    return replace(found, source=str(path))
+    used = log.found.only({"t", "acc", "gravity", "gyr", "mag"} - log.found.unused)
+    return replace(used, source=str(path))
 
 
-def read_chunks(
-    path: str | os.PathLike[str], rows: int | None = None,
-    adjust: Callable[[Interpretation], Interpretation] | None = None, **hints: object,
-) -> Chunks:  # fmt: skip
+def read_chunks(path: str | os.PathLike[str], rows: int | None = None, **hints: object) -> Chunks:
     """A long Parquet or CSV file as recordings of so many rows, which together have the bits of ``read``.
 
     Columns, units and signs are found in its beginning (``HEAD`` rows or ``HEAD_BYTES``); a reference orientation is
@@ -134,7 +128,6 @@ def read_chunks(
     Args:
         path: a Parquet file, or text with one delimiter.
         rows: of a recording; None: ``ROWS``.
-        adjust: may change the conclusions.
         hints: as for ``read``.
 
     Raises:
@@ -151,7 +144,7 @@ def read_chunks(
         raise LevelheadError(f"chunks of {rows} rows hold nothing; expected at least 1")
     if file.suffix.lower() not in (*PARQUET, *TEXT):
         raise LevelheadError(f"{file} cannot be read in chunks; expected one of {' '.join((*PARQUET, *TEXT))}")
-    return Chunks(file, rows, check_options(hints), adjust)
+    return Chunks(file, rows, check_options(hints))
 
 
 def is_long(path: Path) -> bool:

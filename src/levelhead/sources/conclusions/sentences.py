@@ -29,6 +29,7 @@ def notes(conclusions: Iterable[Conclusion]) -> list[str]:
 
 EXPECTED = {  # conclusions without news
     ("t.rate", "hint"), ("t.column", "named"), ("t.column", "hint"), ("t.unit", "declared"), ("t.unit", "hint"),
+    ("mag.used", "offset"),  # the filter that learns it, or the calibration, reports the number
     *((f"{role}.{what}", reason) for role in ("gyr", "acc", "mag", "q") for what, reason in (
         ("columns", "named"), ("columns", "hint"), ("unit", "declared"), ("unit", "hint"))),
 }  # fmt: skip
@@ -304,6 +305,10 @@ SENTENCES: Mapping[tuple[str, str], Template] = {
     ("mag.bias", "subtracted"): "magnetometer: without the bias that the phone wrote beside it",
     ("mag.used", "incomplete"): "magnetometer: left out, because no row is complete",
     ("mag.used", "zero"): "magnetometer: left out, because it is 0 on every row",
+    ("mag.used", "offset"): (
+        "magnetometer: not calibrated; a constant offset hides the turn of its field (length {length:.3g}), and a "
+        "filter learns it"
+    ),
     ("mag.used", "does_not_turn"): (
         "magnetometer: left out, because it does not turn with the body (correlation {correlation:.2f} with the "
         "gyroscope, length {length:.3g}); --map mag=… keeps it"

@@ -21,7 +21,7 @@ from levelhead.sources.interpret.declared import declared_scale
 from levelhead.sources.interpret.evidence import Evidence
 from levelhead.sources.interpret.gyroscope import gyr_scale
 from levelhead.sources.interpret.interleaved_rows import count_interleaved
-from levelhead.sources.interpret.magnetometer import mag_scale
+from levelhead.sources.interpret.magnetometer import is_explained_by_offset, mag_scale
 from levelhead.sources.interpret.reference_columns import judge_reference, make_reference
 from levelhead.sources.interpret.roles import Roles
 from levelhead.sources.interpret.sign import add_gravity, judge_start, sign_of_acceleration
@@ -289,7 +289,10 @@ def _interpret_mag(
     table: Table, roles: Roles, hints: Hints, readings: Readings, gyr: Array, evidence: Evidence,
     scales: dict[str, Scale],
 ) -> bool:  # fmt: skip
-    """Whether the field may turn with the body: one that does not would teach a wrong heading. Its scale is found."""
+    """Whether the field may turn with the body, perhaps with a constant offset: any other would teach a wrong heading.
+
+    Its scale is found.
+    """
     if "mag" not in roles.columns:
         return False
     scales["mag"] = RELATIVE_SCALE
@@ -311,10 +314,14 @@ def _interpret_mag(
     mag = _scale_columns("mag", values, scales["mag"], table, positions)
     if "mag" in hints.map or turn is None or not turn.unusable:
         return True
+    free = free_correlation(readings.t, gyr, values)
     facts = {
-        "correlation": turn.correlation, "scale": turn.scale, "offset": turn.offset,
-        "free": free_correlation(readings.t, gyr, values), "length": median_norm(mag),
+        "correlation": turn.correlation, "scale": turn.scale, "offset": turn.offset, "free": free,
+        "length": median_norm(mag),
     }  # fmt: skip
+    if is_explained_by_offset(turn, free):
+        evidence.conclusions.append(Conclusion("mag.used", "offset", True, Basis.NUMBERS, facts))
+        return True
     evidence.conclusions.append(Conclusion("mag.used", "does_not_turn", False, Basis.NUMBERS, facts, _LEAVE_OUT))
     return False
 

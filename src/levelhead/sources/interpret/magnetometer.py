@@ -9,6 +9,9 @@ from levelhead.sources.hints import Scale, count_word
 from levelhead.sources.interpret.counts import field_sensitivity
 from levelhead.sources.interpret.evidence import Evidence, are_whole
 
+OFFSET_ALONE = 0.8  # share of a field's turns by offset and axes that an offset explains alone, at least,
+LEAST_FREE = 0.5  # where they explain so much (a correlation)
+
 
 def mag_scale(
     values: Array, scale: Scale | None, relative: bool, evidence: Evidence, turn: FieldTurn | None
@@ -50,6 +53,14 @@ def mag_scale(
         {"units": {"mag": unit}},
     )
     return scale
+
+
+def is_explained_by_offset(turn: FieldTurn, free: float) -> bool:
+    """Whether an offset, such as a raw chip's iron, is all that keeps the field from turning with the body.
+
+    ``free``: ``field_turn.free_correlation``, with the axes free too.
+    """
+    return turn.offset >= OFFSET_ALONE * max(free, LEAST_FREE)
 
 
 def mag_unit(norm: float, error: float = 0.0) -> str | None:

@@ -73,6 +73,7 @@ WORDS = {
     "mag": {
         "mag",
         "magn",
+        "magnet",
         "magneto",
         "magnetometer",
         "magnetometers",
@@ -98,7 +99,7 @@ WORDS = {
     "q": {"quat", "quaternion", "orientation", "quats"},
 }
 LETTERS = {
-    "gyr": {"g", "w", "gy"},
+    "gyr": {"g", "w", "gy", "rate"},
     "acc": {"a", "gf", "ac", "f"},
     "mag": {"m", "h", "b"},
     "q": {"q"},

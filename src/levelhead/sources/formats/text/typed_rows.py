@@ -8,6 +8,7 @@ import math
 import re
 from collections import Counter
 from collections.abc import Mapping, Sequence
+from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -26,6 +27,7 @@ _ANDROID = {  # android.hardware.Sensor.TYPE_…
     "1": "accelerometer", "2": "magnetometer", "4": "gyroscope", "9": "gravity", "10": "linear acceleration",
     "14": "magnetometer uncalibrated", "16": "gyroscope uncalibrated", "35": "accelerometer uncalibrated",
 }  # fmt: skip
+_ACCURACY = {"-1", "0", "1", "2", "3"}  # android.hardware.SensorManager.SENSOR_STATUS_…
 _TYPE = {"sensor", "type", "sensortype", "sensor_type", "sensorid", "sensor_id", "sensor type", "stream type"}
 _NUMBERED_KINDS = {
     "3": "accelerometer", "4": "gyroscope", "5": "magnetometer", "82": "linear acceleration", "83": "gravity",
@@ -249,15 +251,27 @@ def _instances(arrays: dict[str, Column]) -> dict[int | None, Any]:
 
 
 def _titles(rows: Sequence[Row]) -> list[str]:
-    """Names for rows without: a stamp first if there are four numbers or more; x, y, z last, or before their length."""
+    """Names for rows without: a stamp first if there are four numbers or more; x, y, z last.
+
+    Behind them may stand their length, or Android's accuracy.
+    """
     width = len(rows[0])
     axes = ["x", "y", "z"]
     if width <= 3:
         return axes[:width]
-    first = next((i for i in range(1, width - 3) if _is_followed_by_length(rows, i)), width - 3)
+    last = width - 4 if _ends_with_accuracy(rows) else width - 3
+    first = next((i for i in range(1, width - 3) if _is_followed_by_length(rows, i)), last)
     titles = ["time", *(f"extra {i}" for i in range(1, width))]
     titles[first : first + 3] = axes
     return titles
+
+
+def _ends_with_accuracy(rows: Sequence[Row]) -> bool:
+    """Whether the last column is Android's accuracy behind x, y, z: the column that were x is no stamp."""
+    if len(rows[0]) < 5 or not {row[-1] for row in rows} <= _ACCURACY:
+        return False
+    first = [_number(row[-4]) for row in rows[:_SAMPLE_LINES]]
+    return any(later <= before for before, later in pairwise(first))
 
 
 def _is_followed_by_length(rows: Sequence[Row], first: int) -> bool:
