@@ -7,9 +7,11 @@ after the straight line of each segment (gravity, first velocity) is taken out:
 
     R' = R [M ω + b]×,  v(t) = ∫ R f dt − R ((M ω + b) × r),  cost = Σ |v − line|²          (1)
     δ(R f) = φ × R f,  φ(t) = ∫ R (δM ω + δb) dt                                            (2)
+    δ(R (w × r)) = φ × R (w × r) + R (δM ω + δb) × R r,  w = M ω + b                        (3)
 
 A field is turned back in the same way. It is constant, but for noise, for iron c that turns with the sensor, and for
-a shape S, symmetric and without trace, that soft iron gives it: cost = Σ |R (m + S m − c) − mean|². The covariance is
+a shape S, symmetric and without trace, that soft iron gives it: cost = Σ |R (m + S m − c) − mean|². In eq. 2 its f is
+m + S m − c: iron may be many times the field. The covariance is
 that of estimates from independent segments (H. White, Maximum likelihood estimation of misspecified models,
 Econometrica 50, 1982, eq. 3.2): nothing is assumed of noise within one.
 """
@@ -339,6 +341,7 @@ class _State(NamedTuple):
     left: Array
     rotation: Array  # (3, 3, k, m)
     turned: Array  # (3, k, m)
+    lever: tuple[Array, Array]  # R ((M ω + b) × r) and R r at the ends of blocks, (BLOCKS, m, 3); of a field empty
     more: Array
 
 
@@ -347,18 +350,22 @@ def _evaluate(seg: Segments, matrix: Array, bias: Array, more: Array) -> _State:
     rate = (np.hstack([matrix, _cofactors(matrix)]) @ seg.rate_planes + bias[:, None]).reshape(3, *seg.step.shape)
     rotation = integrate_rotation(rate, seg.step)
     turned, late = _turn(rotation, seg.vector_planes), _turn(rotation, seg.change_planes)
+    lever = np.empty(0), np.empty(0)
     if seg.is_force:
-        total, late = _totals(turned * seg.step), _totals(late * seg.step)
+        total, columns = _totals(turned * seg.step), -_totals(late * seg.step)[..., None]
+        turned += more[3] * late
         last = _edges(len(seg.step))[1:] - 1
-        columns = rotation[..., last, :].transpose(2, 3, 0, 1) @ _skew(rate[:, last].transpose(1, 2, 0))
-        columns = np.concatenate([columns, -late[..., None]], axis=-1)
+        at_end = rotation[..., last, :].transpose(2, 3, 0, 1)
+        columns = np.concatenate([at_end @ _skew(rate[:, last].transpose(1, 2, 0)), columns], axis=-1)
+        lever = columns[..., :3] @ more[:3], at_end @ more[:3]
     else:
-        total, late = _blocks(turned), _blocks(late)
-        shaped = np.stack([_blocks(_turn(rotation, one)) for one in seg.shape_planes], axis=-1)
-        columns = np.concatenate([_blocks(rotation), -late[..., None], -shaped], axis=-1)
+        total, shaped = _blocks(turned), [_turn(rotation, one) for one in seg.shape_planes]
+        columns = np.concatenate([rotation.transpose(1, 0, 2, 3), -late[None], -np.stack(shaped)])
+        turned = turned - np.tensordot(more, columns, 1)
+        columns = np.moveaxis(_blocks(columns), 2, -1)
     columns = _without_trend(columns, seg.is_force)
     left = _without_trend(total, seg.is_force) - columns @ more
-    return _State((left * left).sum(axis=(0, 2)) / BLOCKS, left, rotation, turned, columns)
+    return _State((left * left).sum(axis=(0, 2)) / BLOCKS, left, rotation, turned, lever, columns)
 
 
 def _turn(rotation: Array, vector: Array) -> Array:
@@ -403,17 +410,23 @@ def _normal(seg: Segments, state: _State, basis: Array) -> tuple[Array, Array]:
     step = np.ascontiguousarray(seg.step.T)
     rate = seg.rate.transpose(2, 1, 0) * step
     x, y, z = state.turned.transpose(0, 2, 1) * (step if seg.is_force else 1.0)
-    change = np.empty((p + 3, 3, m, BLOCKS))
+    change, turns = np.empty((p + 3, 3, m, BLOCKS)), np.empty((BLOCKS, m, p + 3, 6))
+    last = edges[1:] - 1
     for i in range(p + 3):
         if i < p:
             moved = sum(basis[i, a, j] * rate[j] * rotation[a] for a, j in np.argwhere(basis[i]))
         else:
             moved = step * rotation[i - p]
-        a, b, c = np.cumsum(moved, axis=-1)
+        phi = np.cumsum(moved, axis=-1)
+        turns[:, :, i, :3], turns[:, :, i, 3:] = phi[..., last].T, (moved[..., last] / step[:, last]).T
+        a, b, c = phi
         for axis, crossed in enumerate((b * z - c * y, c * x - a * z, a * y - b * x)):
             change[i, axis] = np.add.reduceat(crossed, edges[:-1], axis=-1)
     change = np.cumsum(change, axis=-1) if seg.is_force else change / np.diff(edges)
     change = change.transpose(3, 2, 0, 1)
+    if seg.is_force:
+        arm, reach = (one[:, :, None] for one in state.lever)
+        change -= np.cross(turns[..., :3], arm) + np.cross(turns[..., 3:], reach)
     change = _without_trend(change, seg.is_force)
     change = np.concatenate([change, -state.more.swapaxes(-1, -2)], axis=2)
     flat = change.transpose(1, 2, 0, 3).reshape(m, p + 3 + state.more.shape[-1], -1)
