@@ -1,13 +1,16 @@
 """The gyroscope's bias in windows that the filter learns, and its steps."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 from tests.reference.moved_sensor import RATE, observe_motion
 
+import levelhead as lh
 from levelhead.inspection.bias_jump import find_jump, learn_windows
+from levelhead.inspection.turns import examine_turns
 from levelhead.recording import Array, Recording
 
 
@@ -86,3 +89,17 @@ def test_a_scale_hides_no_step(scale: float) -> None:
 
 def test_a_reversed_axis_is_no_step() -> None:
     assert find_jump(replace(walk(), gyr=walk().gyr * [1.0, -1.0, 1.0]), []) is None
+
+
+@pytest.mark.full
+def test_a_step_that_explains_nothing_is_none(data_dir: Path) -> None:
+    """Real logs in which segments show a step of 6 σ: one that grows with each refinement, and one beside a scale."""
+    walk = data_dir / "joints" / "MT_01200651-000-000_00B42955.txt"
+    stick = data_dir / "repoimu" / "TStick_Test04_Trial2.csv"
+    if not (walk.exists() and stick.exists()):
+        pytest.skip("no recordings of joints and of a T-Stick here: $LEVELHEAD_DATA holds neither")
+    assert "bias_jumps" not in {one.name for one in examine_turns(lh.read(walk))}
+    whole = lh.read(stick)
+    middle = whole[(len(whole) - int(60 * whole.rate)) // 2 :][: int(60 * whole.rate)]
+    fast = replace(middle, t=0.5 * middle.t, truth=None)
+    assert {one.name for one in examine_turns(fast)} == {"gyro_scale"}

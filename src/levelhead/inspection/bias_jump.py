@@ -7,6 +7,7 @@ of the field.
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from math import log
 from typing import NamedTuple
 
 import numpy as np
@@ -34,6 +35,7 @@ EDGE = 2  # windows or segments on each side of a step
 JUMP, WIDEST = 0.6 * DEGREE, 20.0 * DEGREE  # rad/s; 20 deg/s is the zero-rate tolerance of the MPU-6050's data sheet
 SIGMAS = 1.96  # of an interval of 95 %
 REFINEMENTS = 2
+CONVERGED = 0.25  # share of a step that the last refinement may add: real ones stay below 0.16, others diverge
 
 
 class BiasJump(NamedTuple):
@@ -177,13 +179,23 @@ def _step_of_segments(seen: Sequence[Seen]) -> BiasJump | None:
     best = max((_step(start, *bias, split) for split in splits), key=lambda one: one.sure, default=None)
     if best is None or best.sure < SURE_SEGMENTS[len(seen)] or float(np.abs(best.change).max()) < JUMP:
         return None
+    fits, added = [one.fit for one in seen], best.change
     for _ in range(REFINEMENTS):
         after = (start >= best.at)[None, :, None]
         level = [replace(one.segments, rate=one.segments.rate - after * best.change) for one in seen]
-        fits = [fit(part, one.fit.matrix, ALL_NINE, SETTLED) for part, one in zip(level, seen, strict=True)]
+        fits = [
+            fit(part, one.fit.matrix, ALL_NINE, SETTLED, near=one.fit) for part, one in zip(level, seen, strict=True)
+        ]
         again = _step(start, *_biases(fits), int((start < best.at).sum()))
-        best = best._replace(change=best.change + again.change, sigma=again.sigma)
-    return best if best.is_clear else None
+        added = again.change
+        best = best._replace(change=best.change + added, sigma=again.sigma)
+    converged = float(np.linalg.norm(added)) < CONVERGED * float(np.linalg.norm(best.change))
+    return best if best.is_clear and converged and leaves_less(fits, [one.fit for one in seen]) else None
+
+
+def leaves_less(fits: Sequence[TurnMatrix], others: Sequence[TurnMatrix]) -> bool:
+    """Whether fits to the sensors leave less than other fits to them: the likelihood of equal weights decides."""
+    return sum(log(one.left / max(other.left, 1e-12)) for one, other in zip(fits, others, strict=True)) < 0.0
 
 
 def _biases(fits: Sequence[TurnMatrix]) -> tuple[Array, Array]:

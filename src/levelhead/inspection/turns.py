@@ -6,7 +6,7 @@ from math import degrees, log
 import numpy as np
 
 from levelhead.inspection.agreement import Agreement, Hypothesis, Seen, agree, settle
-from levelhead.inspection.bias_jump import BiasJump, examine_bias_jump, find_jump
+from levelhead.inspection.bias_jump import BiasJump, examine_bias_jump, find_jump, leaves_less
 from levelhead.inspection.findings import Finding
 from levelhead.inspection.mend import turn
 from levelhead.inspection.residuals import (
@@ -91,7 +91,8 @@ def _explain(recording: Recording, most: int) -> tuple[Agreement, BiasJump | Non
     if jump is None:
         return agreement, None
     level = agree(jump.mend.apply(recording), most)
-    return (level, jump) if level.fault is None else (agreement, None)
+    fits, others = ([one.fit for one in made.seen] for made in (level, agreement))
+    return (level, jump) if level.fault is None and leaves_less(fits, others) else (agreement, None)
 
 
 def _evidence(agreement: Agreement) -> str:
