@@ -123,7 +123,8 @@ def _fit_from(seg: Segments, starts: Sequence[Array]) -> TurnMatrix:
     best, parts = fit(seg, IDENTITY, IDENTITY[None]), seg.split()
     for start in starts:
         basis = start[None] / np.abs(start).max()
-        one = fit(seg, fit(parts, start, basis).matrix, basis)
+        rough = fit(parts, start, basis)
+        one = fit(seg, rough.matrix, basis, near=rough)
         if one.left < BASINS * best.left:
             best = one
     return fit(seg, best.matrix, ALL_NINE, near=best)
@@ -213,7 +214,7 @@ def _remove_delay(
     for _ in range(TREATMENTS):
         total += step
         treated = treat(total)
-        before, one = one.delay, fit(treated, one.matrix, ALL_NINE, spread)
+        before, one = one.delay, fit(treated, one.matrix, ALL_NINE, spread, near=one)
         followed = float(np.clip((before - one.delay) / step, LEAST_SHARE, 1.0))
         step = float(np.clip(one.delay / followed, -longest, longest))
         if abs(step) < SHIFTED:

@@ -455,11 +455,8 @@ def fit(
     """The M = ``matrix`` + Σ xᵢ ``basis``ᵢ that fits best; ``basis`` (p, 3, 3), ``spread`` 1σ of each x before it.
     At most ``steps`` of Gauss and Newton.
 
-    The other numbers begin at those of ``near``, or of the fit with M held: iron of several fields that begins at 0
-    would pull M to where nothing turns.
+    The other numbers begin at those of ``near``, or at 0.
     """
-    if near is None and len(basis):
-        near = fit(seg, matrix, NONE)
     p, m = len(basis), seg.rate.shape[1]
     more = [ARM] * 3 + [DELAY] if seg.is_force else [IRON * seg.size] * 3 + [DELAY] + [SOFT] * len(SHAPES)
     prior = np.array([spread] * p + [BIAS] * 3 + more) ** -2
