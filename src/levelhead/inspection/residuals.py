@@ -142,8 +142,10 @@ def examine_iron(field: Seen, fault: Hypothesis | None) -> Iterator[Finding]:
     share, spread = size / strength, SIGMAS * along / strength
     if share < SHARE or float(np.sqrt(((iron / sigma) ** 2).sum())) < MIN_SIGMAS + 1.0:
         return
-    vary, less = (np.linalg.norm(one, axis=-1).std() for one in (field.segments.vector, field.segments.vector - iron))
-    if less > vary + along:  # without its iron a length is constant: here the field changes from place to place
+    raw, corrected = (
+        np.linalg.norm(one, axis=-1).std() for one in (field.segments.vector, field.segments.vector - iron)
+    )
+    if corrected > raw + along:  # without its iron a length is constant: here the field changes from place to place
         return
     yield Finding(
         "mag_offset",

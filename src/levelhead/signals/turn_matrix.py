@@ -341,7 +341,7 @@ class _State(NamedTuple):
     left: Array
     rotation: Array  # (3, 3, k, m)
     turned: Array  # (3, k, m)
-    lever: tuple[Array, Array]  # R ((M ω + b) × r) and R r at the ends of blocks, (BLOCKS, m, 3); of a field empty
+    lever: tuple[Array, Array] | None  # of a force R ((M ω + b) × r) and R r at the ends of blocks, (BLOCKS, m, 3)
     more: Array
 
 
@@ -350,7 +350,7 @@ def _evaluate(seg: Segments, matrix: Array, bias: Array, more: Array) -> _State:
     rate = (np.hstack([matrix, _cofactors(matrix)]) @ seg.rate_planes + bias[:, None]).reshape(3, *seg.step.shape)
     rotation = integrate_rotation(rate, seg.step)
     turned, late = _turn(rotation, seg.vector_planes), _turn(rotation, seg.change_planes)
-    lever = np.empty(0), np.empty(0)
+    lever = None
     if seg.is_force:
         total, columns = _totals(turned * seg.step), -_totals(late * seg.step)[..., None]
         turned += more[3] * late
@@ -410,7 +410,7 @@ def _normal(seg: Segments, state: _State, basis: Array) -> tuple[Array, Array]:
     step = np.ascontiguousarray(seg.step.T)
     rate = seg.rate.transpose(2, 1, 0) * step
     x, y, z = state.turned.transpose(0, 2, 1) * (step if seg.is_force else 1.0)
-    change, turns = np.empty((p + 3, 3, m, BLOCKS)), np.empty((BLOCKS, m, p + 3, 6))
+    change, angle, gained = np.empty((3, p + 3, 3, m, BLOCKS))
     last = edges[1:] - 1
     for i in range(p + 3):
         if i < p:
@@ -418,15 +418,15 @@ def _normal(seg: Segments, state: _State, basis: Array) -> tuple[Array, Array]:
         else:
             moved = step * rotation[i - p]
         phi = np.cumsum(moved, axis=-1)
-        turns[:, :, i, :3], turns[:, :, i, 3:] = phi[..., last].T, (moved[..., last] / step[:, last]).T
+        angle[i], gained[i] = phi[..., last], moved[..., last] / step[:, last]
         a, b, c = phi
         for axis, crossed in enumerate((b * z - c * y, c * x - a * z, a * y - b * x)):
             change[i, axis] = np.add.reduceat(crossed, edges[:-1], axis=-1)
     change = np.cumsum(change, axis=-1) if seg.is_force else change / np.diff(edges)
+    if state.lever is not None:
+        arm, reach = (one.transpose(2, 1, 0)[None] for one in state.lever)
+        change -= np.cross(angle, arm, axis=1) + np.cross(gained, reach, axis=1)
     change = change.transpose(3, 2, 0, 1)
-    if seg.is_force:
-        arm, reach = (one[:, :, None] for one in state.lever)
-        change -= np.cross(turns[..., :3], arm) + np.cross(turns[..., 3:], reach)
     change = _without_trend(change, seg.is_force)
     change = np.concatenate([change, -state.more.swapaxes(-1, -2)], axis=2)
     flat = change.transpose(1, 2, 0, 3).reshape(m, p + 3 + state.more.shape[-1], -1)

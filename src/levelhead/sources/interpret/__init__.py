@@ -289,7 +289,7 @@ def _interpret_mag(
     table: Table, roles: Roles, hints: Hints, readings: Readings, gyr: Array, evidence: Evidence,
     scales: dict[str, Scale],
 ) -> bool:  # fmt: skip
-    """Whether the field may turn with the body, perhaps with a constant offset: any other would teach a wrong heading.
+    """Whether the field may turn with the body, perhaps with a constant offset: any other makes heading wrong.
 
     Its scale is found.
     """

@@ -267,7 +267,7 @@ def _titles(rows: Sequence[Row]) -> list[str]:
 
 
 def _ends_with_accuracy(rows: Sequence[Row]) -> bool:
-    """Whether the last column is Android's accuracy behind x, y, z: the column that were x is no stamp."""
+    """Whether the last column is Android's accuracy behind x, y, z: the column that would be x is no stamp."""
     if len(rows[0]) < 5 or not {row[-1] for row in rows} <= _ACCURACY:
         return False
     first = [_number(row[-4]) for row in rows[:_SAMPLE_LINES]]
