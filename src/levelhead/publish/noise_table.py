@@ -25,7 +25,7 @@ def noise_table(model: NoiseModel, chip: Chip | None = None) -> str:
         if (drift := triad.drift) is not None:
             unit, scale = DRIFT_UNITS[name]
             slopes = zip("xyz", scale * drift.value[:, 1], scale * drift.sigma[:, 1], strict=True)
-            cells = {axis: f"{value:.2g} ± {sigma:.1g}" for axis, value, sigma in slopes}
+            cells = {axis: f"{value:.2g} ± {sigma:.2g}" for axis, value, sigma in slopes}
             words = f"{NAMES[name]} bias per K at {drift.reference:g} °C"
             lines.append({"noise": words, **cells, "unit": unit})
     head = f"{spell(model.duration)} at rest, ± 1σ; <: does not show, bound of the 95 % interval"

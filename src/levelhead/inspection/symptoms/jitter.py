@@ -34,26 +34,26 @@ def find_jitter(evidence: RunEvidence) -> Iterator[Symptom]:
         if line is not None:
             unit, factor = ("°/s", 180.0 / np.pi) if role == "gyr" else ("m/s²", 1.0)
             yield Symptom(
-                "jitter", size, "deg", f"attitude jitters by {size:.1g}° at {peak:.0f} Hz", "vibration",
+                "jitter", size, "deg", f"attitude jitters by {size:.2g}° at {peak:.0f} Hz", "vibration",
                 f"the {name} vibrates at {line.frequency:.0f} Hz ({factor * line.rms:.2g} {unit} rms)",
                 "Mount it softer, or switch on the sensor's low-pass filter.", None, f"vibration_{role}",
             )  # fmt: skip
             return
     name = evidence.track.name
     beside = float(np.degrees(np.sqrt(np.mean(np.sum(np.diff(evidence.corrections, axis=0) ** 2, axis=1)))))
-    what = f"attitude jitters by {size:.1g}° above {MIN_FREQUENCY:g} Hz"
+    what = f"attitude jitters by {size:.2g}° above {MIN_FREQUENCY:g} Hz"
     # Independent rotations w of variance beside² add up to an angle whose density is 2 beside²/(r (2 sin πf/r)²) at the
     # rate r; this is its rms from MIN_FREQUENCY to r/2.
     if beside * np.sqrt(1.0 / (2.0 * np.pi * np.tan(np.pi * MIN_FREQUENCY / rate))) < OWN * size:
         yield Symptom(
             "jitter", size, "deg", what, "shaking",
-            f"the gyroscope itself measures it, at no single frequency: {name} turns by {beside:.1g}° rms beside it",
+            f"the gyroscope itself measures it, at no single frequency: {name} turns by {beside:.2g}° rms beside it",
             "A body that shakes, such as a phone on somebody who runs, moves so; else mount the sensor tighter.",
         )  # fmt: skip
         return
     yield Symptom(
         "jitter", size, "deg", what, "noise",
-        f"no sensor has a line there; {name} is turned by {beside:.1g}° rms at every sample beside the gyroscope",
+        f"no sensor has a line there; {name} is turned by {beside:.2g}° rms at every sample beside the gyroscope",
         "Let it trust the gyroscope more, or take a filter that does, such as ESKF.",
     )  # fmt: skip
 

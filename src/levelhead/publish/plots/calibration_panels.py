@@ -78,7 +78,7 @@ def _panel(t: Array, history: CalibrationHistory, group: NumberGroup) -> Panel:
     for i, name in enumerate(group.names):
         if not np.nanmax(sigma[:, i], initial=0.0) > 0.0:
             continue
-        said = f"{name} {value[-1, i]:.3g} ± {sigma[-1, i]:.1g}".replace("-", "−")
+        said = f"{name} {value[-1, i]:.3g} ± {float(f'{sigma[-1, i]:.1g}'):g}".replace("-", "−")
         low, high = value[:, i] - 2.0 * sigma[:, i], value[:, i] + 2.0 * sigma[:, i]
         bands.append(Band(t, low, high, style.AXES[i], 0.16))
         lines.append(Line(t, value[:, i], style.AXES[i], 1.5, said))
