@@ -80,6 +80,16 @@ def test_the_hash_follows_every_kernel_that_is_reached(tmp_path, monkeypatch):
     assert jit.compile_kernel(edited)(1.0) == 3.0
 
 
+def test_the_hash_follows_which_kernel_calls_which():
+    """Two kernels whose copies call each other's callee are other code, made of the same parts."""
+    less, more = mark.kernel(lambda x: x - 1.0), mark.kernel(lambda x: x + 1.0)
+    outer = mark.kernel(lambda x: inner(other(x)))  # type: ignore[name-defined]  # noqa: F821
+    one, two = (
+        mark.copy_kernel(outer, {"inner": first, "other": second}) for first, second in ((less, more), (more, less))
+    )
+    assert jit.code_hash(one) != jit.code_hash(two)
+
+
 def test_the_hash_holds_no_address():
     """A nested code object and a set are constants whose ``repr`` differs between processes."""
     text = "def f(x):\n    return [y in {'a', 'b', 'c'} for y in x]\n"

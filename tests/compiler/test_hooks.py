@@ -67,6 +67,24 @@ def test_each_copy_calls_its_own_functions_however_deep():
     assert (first.__qualname__, second.__module__) == ("outer_Test", __name__)
 
 
+def test_copies_that_call_the_same_functions_are_one_and_the_others_are_not():
+    """What two filters share is compiled once; only the outermost copy has a filter's name."""
+
+    def inner_of(owner: str, **members: Any) -> Any:
+        made = rebind(outer, ((hooks, fill(hooks, owner, **members)),), owner)
+        return next(one for one in list_reachable(made) if one.__name__ == "inner")
+
+    first = inner_of("A", SCALE=10.0, change=double)
+    assert inner_of("B", SCALE=10.0, change=double, after=negate) is first and first.__qualname__ == "inner"
+    others = (inner_of("C", SCALE=10.0, change=negate), inner_of("D", SCALE=2.5, change=double))
+    assert all(one is not first for one in others) and others[1](3.0) == 2.5 * 6.0
+    condition = {
+        flt.name: next(one for one in list_reachable(bind(flt).run) if one.__name__ == "condition")
+        for flt in filters.ALL
+    }
+    assert condition["EKF"] is condition["Mahony"] is not condition["GyroIntegration"]
+
+
 @pytest.mark.compiled
 def test_the_compiled_twin_has_the_same_result():
     for one in (bound(SCALE=10.0, change=double), bound(SCALE=1.0, change=negate, after=double)):

@@ -7,7 +7,7 @@ import types
 from pathlib import Path
 
 from levelhead.compiler.borders import NumbaOptions
-from levelhead.compiler.mark import KernelFunction, list_mentions, list_reachable
+from levelhead.compiler.mark import KernelFunction, is_compilable, list_mentions
 
 OPTIONS: NumbaOptions = {"error_model": "numpy", "_nrt": False}
 
@@ -42,7 +42,7 @@ def fingerprint(function: KernelFunction) -> str:
 
 
 def code_hash(function: KernelFunction) -> str:
-    """Sixteen hexadecimal digits of the code of all the kernels that ``function`` reaches.
+    """Sixteen hexadecimal digits of the code of all the kernels that ``function`` reaches, and of which calls which.
 
     Numba's own cache looks only at the file of the outermost function: an edited callee would be served stale. With
     this in the name of the outermost function it cannot be. It is the code as loaded that counts, not the file: the
@@ -50,8 +50,15 @@ def code_hash(function: KernelFunction) -> str:
     """
     import hashlib
 
-    texts = sorted(map(fingerprint, list_reachable(function)))
-    return hashlib.sha256("\n\n".join([*texts, repr(OPTIONS)]).encode()).hexdigest()[:16]
+    found: dict[int, str] = {}
+
+    def digest(one: KernelFunction) -> str:
+        if id(one) not in found:
+            calls = [f"{name} {digest(value)}" for name, value in list_mentions(one) if is_compilable(value)]
+            found[id(one)] = hashlib.sha256("\n".join([fingerprint(one), *calls, repr(OPTIONS)]).encode()).hexdigest()
+        return found[id(one)]
+
+    return digest(function)[:16]
 
 
 def remove_stale(folder: Path, qualname: str, code: str) -> None:

@@ -18,7 +18,15 @@ import types
 from collections.abc import Iterator
 from typing import Any
 
-from levelhead.compiler.mark import KernelFunction, copy_kernel, global_names, is_kernel, list_reachable, replace_calls
+from levelhead.compiler.mark import (
+    KernelFunction,
+    copy_kernel,
+    global_names,
+    is_kernel,
+    list_mentions,
+    list_reachable,
+    replace_calls,
+)
 from levelhead.errors import nearest
 
 Bindings = tuple[tuple[Any, Any], ...]  # (kernel or namespace, its replacement): either kind
@@ -102,8 +110,9 @@ def _depends(function: KernelFunction, old: frozenset[int]) -> bool:
 def rebind(function: KernelFunction, instead: Bindings, owner: str = "", inline: bool = False) -> KernelFunction:
     """A copy of a kernel that, however deep, uses other kernels and namespaces: ``instead`` are pairs (old, new).
 
-    It is the kernel itself where it reaches none of them. ``owner`` goes into the copies' names, by which Numba's
-    cache files differ; ``inline`` has the copies inlined whatever their mark.
+    It is the kernel itself where it reaches none of them. ``owner`` goes into the copy's name, by which Numba's cache
+    files differ; ``inline`` has it and the copies of its calls inlined whatever their mark. The calls have no owner:
+    filters that bind them to the same functions share one copy, which Numba compiles once.
     """
     for old, new in instead:
         if function is old:
@@ -112,5 +121,11 @@ def rebind(function: KernelFunction, instead: Bindings, owner: str = "", inline:
         return function
     new_of = {id(old): new for old, new in instead}
     spaces = {name: new_of[id(space)] for name, space in _namespaces(function).items() if id(space) in new_of}
-    twins = replace_calls(function, lambda called: rebind(called, instead, owner, inline)) | spaces
-    return copy_kernel(function, twins, f"_{owner}" if owner else "", inline)
+    twins = replace_calls(function, lambda called: rebind(called, instead, inline=inline)) | spaces
+    twin = copy_kernel(function, twins, f"_{owner}" if owner else "", inline)
+    mentions = tuple((name, id(value)) for name, value in list_mentions(twin))
+    marks = (twin.__qualname__, twin.__defaults__, frozenset(twin.__dict__))
+    return _copies.setdefault((twin.__code__, marks, mentions), twin)
+
+
+_copies: dict[object, KernelFunction] = {}  # code, marks and mentions -> the one copy that has them

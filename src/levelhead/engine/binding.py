@@ -120,9 +120,14 @@ def _hooks(flt: Filter, guarded: bool, name: str) -> driver.Hooks:
         inflate_heading=inflation and inflation.heading,
         inflate_velocity=inflation and inflation.velocity,
         at_rest=flt.at_rest,
-        gate=with_globals(guard.gate, name, GATES_FIELD="field" not in flt.handles) if guarded else None,
+        gate=_gate("field" not in flt.handles) if guarded else None,
     )
     return filled
+
+
+@functools.cache
+def _gate(gates_field: bool) -> KernelFunction:
+    return with_globals(guard.gate, "field" if gates_field else "others", GATES_FIELD=gates_field)
 
 
 def estimates_bias(flt: Filter, guarded: bool) -> bool:
