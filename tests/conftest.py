@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 from tests.reference.compile_once import compile_once
+from tests.reference.export_once import export_once
 
 from levelhead.engine import native
 
@@ -82,6 +83,13 @@ def data_dir() -> Path:
 def _one_compilation(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
     """Of the processes that run the tests, one compiles a function and the others take it from the cache."""
     with compile_once(tmp_path_factory.getbasetemp().parent):  # which xdist's processes share
+        yield
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _one_trace() -> Iterator[None]:
+    """A filter is translated once for all tests that export it alike."""
+    with export_once():
         yield
 
 

@@ -8,10 +8,9 @@ import pytest
 from tests.reference import boards
 
 from levelhead import filters
-from levelhead.export import ExportConfig, write
+from levelhead.export import ExportConfig, project, write
 from levelhead.export.board import BOARDS, SKETCH_STACK, memory
 from levelhead.export.config import LEAN
-from levelhead.export.project import build_c_api
 
 pytestmark = pytest.mark.full
 
@@ -78,7 +77,7 @@ def test_the_stack_on_an_avr_is_never_more_than_reckoned(name, without):
         config = ExportConfig(params, real="float")
     else:
         config = ExportConfig(params, None, "float", without=without)
-    api = build_c_api(config)
+    api = project.build_c_api(config)
     api.write()
     assert boards.on_avr(config)["stack"] <= memory(api, BOARDS["mega"]).stack - SKETCH_STACK
 
@@ -97,7 +96,7 @@ def test_it_compiles_for_boards_that_no_emulator_runs(command, tmp_path):
     write(config, tmp_path)
     strict = boards.AVR_STRICT if "avr" in command[0] else boards.STRICT
     subprocess.run([*command, *strict, "-c", f"{config.name}.c", "-o", "filter.o"], cwd=tmp_path, check=True)
-    api = build_c_api(config)
+    api = project.build_c_api(config)
     api.write()
     size = boards.section_sizes(f"{command[0].removesuffix('gcc')}size", tmp_path / "filter.o")["text"]
     assert size < memory(api, BOARDS["nano-every" if "avr" in command[0] else "m0"]).flash
@@ -119,7 +118,7 @@ def test_the_sketch_runs_with_the_real_core(name):
         pytest.skip("needs gcc-avr, arduino-core-avr, simavr and libsimavr-dev")
     config, board = SKETCHES[name], BOARDS[name]
     found = boards.run_sketch(config, name)
-    api = build_c_api(config)
+    api = project.build_c_api(config)
     api.write()
     reckoned = memory(api, board)
     assert {"uno": 99.0, "mega": 60.0}[name] < found["rate"] < 101.0

@@ -10,9 +10,8 @@ from tests.reference.hard import assert_same, hard_recording
 import levelhead as lh
 from levelhead import filters
 from levelhead.evaluate import evaluate
-from levelhead.export import ExportConfig
+from levelhead.export import ExportConfig, project
 from levelhead.export.kinds import Machine
-from levelhead.export.project import build_c_api
 
 pytestmark = [
     pytest.mark.compiled,
@@ -71,7 +70,7 @@ def test_the_header_tells_the_size(flt, real):
     for axis in (False, True) if flt.axis else (False,):
         config = ExportConfig(flt.params(), real=real, axis=axis)
         size = c_engine.built(config, level="-O2").size
-        one = build_c_api(config)
+        one = project.build_c_api(config)
         header = one.write()[f"{config.name}.h"]
         assert one.size(Machine("this one", 8 if real == "double" else 4, 8)) == size
         assert re.search(rf"64 bit \(Cortex-A, x86-64\) +{size} bytes", header)

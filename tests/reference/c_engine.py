@@ -12,8 +12,8 @@ import pytest
 import levelhead as lh
 from levelhead import filters
 from levelhead.engine.binding import estimates_bias
+from levelhead.export import project
 from levelhead.export.config import ExportConfig
-from levelhead.export.project import build_c_api
 
 WARNINGS = ("-std=c99", "-Wall", "-Wextra", "-Wconversion", "-Wdouble-promotion", "-pedantic")
 COMPILERS = tuple(name for name in ("gcc", "clang") if shutil.which(name))
@@ -64,7 +64,7 @@ class Built:
     """A filter's C in this process."""
 
     def __init__(self, config: ExportConfig, compiler: str = "gcc", level: str = "-O2") -> None:
-        self.config, written = config, build_c_api(config)
+        self.config, written = config, project.build_c_api(config)
         folder = Path(tempfile.mkdtemp(dir=KEPT.name))
         for name, text in written.write().items():
             (folder / name).write_text(text, encoding="utf-8")
