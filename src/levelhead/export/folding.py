@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Sequence
 
-from levelhead.export.graph import BOOL, FLOAT, Items, Operand
+from levelhead.export.graph import FLOAT, Operand
 from levelhead.kernels.single import single
 
 COMPARE: dict[str, Callable[[float, float], bool]] = {
@@ -26,7 +26,6 @@ COMPUTE: dict[str, Callable[..., float]] = {
     "max": lambda a, b: b if b > a else a,
 }
 MOST_WHOLE = 2.0**24  # below, every precision has each whole number
-OPPOSITE = {"==": "!=", "!=": "=="}  # the others are not: both a < b and a >= b are false of NaN
 Constant = Callable[[float], Operand]
 
 
@@ -106,15 +105,3 @@ def _neutral(op: str, given: Sequence[Operand], constant: Constant) -> Operand |
         if op == "&" and value.op == "const" and not possible_bits(value) & possible_bits(other):
             return constant(0)
     return a if op == "|" and a is b else None
-
-
-def invert(condition: Operand, block: Items) -> Operand | None:
-    """The condition that is false where this one is true, if it was computed."""
-    opposite = OPPOSITE.get(condition.op)
-    if condition.kind != BOOL or opposite is None:
-        return None
-    for one in block.ancestors():
-        found = one.nodes.get((opposite, *map(id, condition.arguments)))
-        if found is not None:
-            return found
-    return None

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 
 from levelhead.compiler.mark import KernelFunction
 from levelhead.errors import LevelheadError
-from levelhead.export.folding import fold, invert
+from levelhead.export.folding import fold
 from levelhead.export.graph import (
     ARRAY,
     BOOL,
@@ -262,11 +262,6 @@ class GraphBuilder:
         if condition.op == "not":
             inner = self.decide(condition.arguments[0])
             return None if inner is None else not inner
-        opposite = invert(condition, self.block)
-        if opposite is not None:
-            for block in self.block.ancestors():
-                if opposite in block.known:
-                    return not block.known[opposite]
         return None
 
     def assume(self, condition: Operand, truth: bool) -> None:
