@@ -303,7 +303,10 @@ def _suffixes(stem: Sequence[str]) -> list[tuple[int, str]]:
 def _sensor_unit(role: str, text: str) -> str | None:
     if role == "gyr" and text in {"rad", "deg"}:
         return f"{text}/s"
-    return text if units.find_factor(QUANTITY[role], text) is not None else None
+    return _WITHOUT_SLASH.get(text, text) if units.find_factor(QUANTITY[role], text) is not None else None
+
+
+_WITHOUT_SLASH = {"rads": "rad/s", "mrads": "mrad/s", "degs": "deg/s", "ms2": "m/s²", "mms2": "mm/s²"}  # split at it
 
 
 def _without_unit(stem: Sequence[str]) -> list[str]:
