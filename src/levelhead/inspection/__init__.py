@@ -19,17 +19,32 @@ from levelhead.inspection.unknown import unknown
 from levelhead.inspection.values import examine_values
 from levelhead.inspection.verdict import expectation, verdict
 from levelhead.recording import Recording
+from levelhead.signals.turn_matrix import MAX_SEGMENTS
 from levelhead.sources import read
 from levelhead.sources.hints import NeedsHints
 from levelhead.sources.interpret.accelerometer import GravityRemoved
 
 Check = Callable[[Recording], Iterator[Finding]]
 BRIEF = 10  # segments by which ``levelhead fuse`` judges turns
+
+
+def examine_turns_and_field(recording: Recording, most: int = MAX_SEGMENTS) -> Iterator[Finding]:
+    """``examine_turns``, and ``examine_field`` of the recording without the iron that the turns showed.
+
+    The iron would be found again as a wrong strength and as a field that varies.
+    """
+    less_iron = recording
+    for one in examine_turns(recording, most):
+        if one.name == "mag_offset" and one.mend is not None:
+            less_iron = one.mend.apply(recording)
+        yield one
+    yield from examine_field(less_iron)
+
+
 FAULTS: tuple[Check, ...] = (
-    examine_turns,
+    examine_turns_and_field,
     examine_gravity,
     examine_place,
-    examine_field,
     examine_rest,
     examine_clock,
     examine_values,
@@ -112,17 +127,13 @@ def _run(recording: Recording, checks: Sequence[Check]) -> Iterator[Finding]:
     if len(recording) < 20:
         yield Finding("too_short", "warning", f"{len(recording)} samples are too few to examine", "length")
         return
-    less_iron = recording  # which would be found again as a wrong strength and as a field that varies
     for check in checks:
-        for one in check(less_iron if check is examine_field else recording):
-            if one.name == "mag_offset" and one.mend is not None:
-                less_iron = one.mend.apply(recording)
-            yield one
+        yield from check(recording)
 
 
 def short_form(recording: Recording) -> list[str]:
     """At most two lines for the summary of ``levelhead fuse``: the worst findings; [] for a recording that is fine."""
-    brief: tuple[Check, ...] = (partial(examine_turns, most=BRIEF), *FAULTS[1:])
+    brief: tuple[Check, ...] = (partial(examine_turns_and_field, most=BRIEF), *FAULTS[1:])
     bad = [one for one in _collect(recording, brief) if one.severity != "note"]
     lines = [f"{one.what}. {one.cure}".strip() for one in bad[:1]]
     if len(bad) > 1:
