@@ -24,6 +24,10 @@ LINES = {
     "acc=[0.1, 0.2, 9.8] gyr=[1,2,3]": {
         "acc_x": 0.1, "acc_y": 0.2, "acc_z": 9.8, "gyr_x": 1.0, "gyr_y": 2.0, "gyr_z": 3.0,
     },
+    "Got accel={x=0.1 m/s², y=0.2 m/s², z=9.8 m/s²}, gyro={x=1 °/s, y=2 °/s, z=3 °/s}": {
+        "accel x [m/s²]": 0.1, "accel y [m/s²]": 0.2, "accel z [m/s²]": 9.8,
+        "gyro x [°/s]": 1.0, "gyro y [°/s]": 2.0, "gyro z [°/s]": 3.0,
+    },
     "accX: 0.50 g, gyroX: 3 deg/s": {"accX [g]": 0.5, "gyroX [deg/s]": 3.0},
 }  # fmt: skip
 
@@ -46,6 +50,25 @@ def test_a_sample_on_several_lines() -> None:
     assert [first for first, _ in found] == [0, 3]
     assert found[0][1] == {"Accel X": 1, "Accel Y": 2, "Accel Z": 3, "Gyro X": 4, "Gyro Y": 5, "Gyro Z": 6}
     assert looks_labelled(lines) and not looks_labelled(["1,2,3", "4,5,6"])
+
+
+def test_a_heading_names_the_axes_below_it() -> None:
+    lines = [
+        "Accelerometer data",
+        "x: 1",
+        "y: 2",
+        "Gyroscope (deg/s):",
+        "x: 4",
+        "Temp: 28 C",
+        "Gyro calibration",
+        "x: 5",
+    ]
+    (_, first), (_, second) = records(lines)
+    assert first == {
+        "Accelerometer data x": 1, "Accelerometer data y": 2, "Gyroscope (deg/s) x": 4, "Temp": 28,
+    }  # fmt: skip
+    assert second == {"Gyroscope (deg/s) x": 5}
+    assert list(records(["Gyro calibration done", "x: 1"])) == [(1, {"x": 1})]
 
 
 @pytest.mark.parametrize("rate", [5, 20])

@@ -169,3 +169,30 @@ def test_a_minus_before_a_name_is_asked_about(tmp_path: Path, hand: Recording) -
     bullets = tmp_path / "bullets.csv"
     np.savetxt(bullets, rows[:, 1:], delimiter=",", comments="", header="- ax,- ay,- az,- gx,- gy,- gz")
     np.testing.assert_allclose(lh.read(bullets, rate=100.0).acc, rows[:, 1:4], atol=1e-9)
+
+
+PRINTED = {
+    "ESPHome": "[12:00:{t:06.3f}][D][mpu6050:123]: Got "
+    "accel={{x={a[0]:.4f} m/s², y={a[1]:.4f} m/s², z={a[2]:.4f} m/s²}}, "
+    "gyro={{x={d[0]:.4f} °/s, y={d[1]:.4f} °/s, z={d[2]:.4f} °/s}}, temp=27.1°C",
+    "ROS 2 launch": "[imu_node-1] [INFO] [{s:.6f}] [imu_node]: accel: [{a[0]:.4f}, {a[1]:.4f}, {a[2]:.4f}] "
+    "gyro: [{g[0]:.5f}, {g[1]:.5f}, {g[2]:.5f}]",
+    "journalctl": "May 01 12:00:{t:09.6f} pi imu[812]: ax={a[0]:.4f} ay={a[1]:.4f} az={a[2]:.4f} "
+    "gx={g[0]:.5f} gy={g[1]:.5f} gz={g[2]:.5f}",
+    "Python's lists": "[{t:.3f}, {a[0]:.4f}, {a[1]:.4f}, {a[2]:.4f}, {d[0]:.4f}, {d[1]:.4f}, {d[2]:.4f}]",
+    "headings": "t: {t:.3f}\nAccelerometer data\nx: {a[0]:.4f}\ny: {a[1]:.4f}\nz: {a[2]:.4f}\n"
+    "Gyroscope data\nx: {d[0]:.4f}\ny: {d[1]:.4f}\nz: {d[2]:.4f}\nTemp: 28.1 C",
+}
+
+
+@pytest.mark.parametrize("line", PRINTED.values(), ids=PRINTED)
+def test_lines_as_programs_print_them(tmp_path: Path, hand: Recording, line: str) -> None:
+    lines = [
+        line.format(t=t, s=t + 1.7e9, a=a, g=g, d=np.degrees(g))
+        for t, a, g in zip(hand.t - hand.t[0], hand.acc, hand.gyr, strict=True)
+        if t < 60.0
+    ]
+    (tmp_path / "lines.txt").write_text("\n".join(lines), encoding="utf-8")
+    read = lh.read(tmp_path / "lines.txt")
+    check(read, hand[: len(lines)])
+    np.testing.assert_allclose(np.diff(read.t), np.diff(hand.t[: len(lines)]), atol=2e-3)

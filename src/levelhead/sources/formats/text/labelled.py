@@ -1,7 +1,8 @@
 """Text with a word before each number, as serial monitors and plotters show it.
 
-``AcX = 1200 | AcY = -36``, ``ax=0.01 ay=0.02``, ``roll:1.2,pitch:3.4``, ``X: 0.1 Y: 0.2 Z: 9.8 m/s^2``, and lines that
-begin with their content, ``a/g:\t1\t2\t3\t4\t5\t6``. Files and serial lines are read by the same rules.
+``AcX = 1200 | AcY = -36``, ``ax=0.01 ay=0.02``, ``roll:1.2,pitch:3.4``, ``X: 0.1 Y: 0.2 Z: 9.8 m/s^2``,
+``accel={x=0.1 m/s², y=0.2 m/s², z=9.8 m/s²}``, and lines that begin with their content, ``a/g:\t1\t2\t3\t4\t5\t6``.
+Files and serial lines are read by the same rules.
 """
 
 import re
@@ -15,6 +16,7 @@ from levelhead.errors import LevelheadError
 from levelhead.sources.conclusions import Basis, Conclusion
 from levelhead.sources.formats.text.file import TextFile
 from levelhead.sources.formats.text.header import rate_in
+from levelhead.sources.names.column_name import understand
 from levelhead.sources.table import ArrayTable
 
 # A number is separate: "acc1", "m/s^2", "a/g" and "0x50" hold none.
@@ -31,8 +33,10 @@ _SAMPLE_LINES = 40
 _UNIT_BEFORE_AXIS = re.compile(r"\s*[(\[]([^()\[\]]*)[)\]]\s*:\s*(?=[xyzXYZ]$)")  # "Gyroscope (rad/s): X"
 _UNIT_OF_NAME = re.compile(r"(?<=\w)\s*[(\[]([^()\[\]]+)[)\]]\s*[:=]$")  # "Ax(g):"
 _UNIT_BEHIND_NAME = re.compile(r"([A-Za-z]\w*)\s*[(\[]([^()\[\]\s]+)[)\]]\s*$")  # "acc[g] 0.1 0.2 0.3"
+_OPENED = re.compile(r"([A-Za-z]\w*)\s*[=:]\s*[({\[]\s*([xyzwXYZW])$")  # "accel={x"
 _SEPARATORS = ",;|\t[](){}"
 _AXES = frozenset("xyzw")
+_PLAIN_WORDS = frozenset(("data", "raw", "reading", "readings", "sensor", "value", "values"))  # of a heading
 _COLUMNS = {1: ("",), 3: ("x", "y", "z"), 4: ("w", "x", "y", "z")}
 _SENSORS = {"a": "acc", "g": "gyr", "m": "mag"}  # of the lines "a/g:" and "a/g/m:" that Arduino libraries print
 
@@ -100,13 +104,20 @@ def parse(line: str) -> dict[str, float]:
 def records(lines: Iterable[str]) -> Iterator[tuple[int, dict[str, float]]]:
     """Samples whose numbers may stand on several lines: (number of the first line, from 0; numbers by name).
 
-    A new sample begins where a name comes again. Lines without a labelled number are skipped.
+    A new sample begins where a name comes again. Lines without a labelled number are skipped; those that name a sensor
+    are the headings of the axes below: "Accelerometer data", "x: 0.1".
     """
-    first, record = 0, dict[str, float]()
+    first, record, heading = 0, dict[str, float](), ""
     for i, line in enumerate(lines):
         found = parse(line)
         if not found:
+            heading = _heading(line) or heading
             continue
+        if heading:
+            found = {
+                f"{heading} {name}" if name[0].lower() in _AXES and not name[1:2].isalpha() else name: number
+                for name, number in found.items()
+            }
         if record and not record.keys().isdisjoint(found):
             yield first, record
             record = {}
@@ -115,6 +126,13 @@ def records(lines: Iterable[str]) -> Iterator[tuple[int, dict[str, float]]]:
         record |= found
     if record:
         yield first, record
+
+
+def _heading(line: str) -> str:
+    """The text of a line that names a sensor, and nothing else."""
+    text = line.strip(" \t:=-#*")
+    words = [word for word in text.partition("(")[0].lower().split() if word not in _PLAIN_WORDS]
+    return text if len(words) == 1 and understand(f"{words[0]} x").role in _SENSORS.values() else ""
 
 
 def looks_labelled(lines: Sequence[str]) -> bool:
@@ -135,7 +153,8 @@ def _split(gap: str) -> tuple[str, str]:
     unit, words = _take_unit(words, not marked or '"' in gap)
     if not words or (not marked and not _is_prefix(gap)):
         return unit, ""
-    name = words[-1]
+    opened = _OPENED.search(body) if marked else None
+    name = words[-1] if opened is None else f"{opened[1]} {opened[2]}"
     return unit, name if any(sign.isalpha() for sign in name) else ""
 
 

@@ -25,7 +25,12 @@ _LOGGER = re.compile(rf"^\s*{_CLOCK}(?:\s*[-|]\s*[A-Za-z_][\w.: ]*?)+\s*[-|:]\s*
 _BRACKETED = re.compile(rf"^\s*\[{_CLOCK}\]:?\s*(.*)$")
 _COLOUR = re.compile(r"\x1b\[[\d;]*m")  # of a terminal
 _ESP = re.compile(r"^\s*[VDIWE] \((\d+)\) [^:]*: (.*)$")  # ESP-IDF: the level, ms since the start, a tag
-_COUNTED = re.compile(r"^\s*(?:\[[A-Z]+\]\s*)?\[\s*(\d+\.\d+)\]:?\s*(.*)$")  # "[12.345] …", "[INFO] [1683203415.25]: …"
+_COUNTED = re.compile(  # "[12.345] …", "[INFO] [1683203415.25]: …", "[node-1] [INFO] [1683203415.25] [node]: …"
+    r"^\s*(?:\[[A-Za-z][\w.-]*\]\s*)*\[\s*(\d+\.\d+)\]:?\s*(.*)$"
+)
+_SYSLOG = re.compile(  # journalctl -o short-precise and short-iso-precise
+    r"^\s*(?:[A-Z][a-z]{2} [ \d]\d |\d{4}-\d\d-\d\dT)(\d\d:\d\d:\d\d[.,]\d+)\S* \S+ [^\s:\[]+(?:\[\d+\])?: (.*)$"
+)
 _TAGGED = re.compile(
     r"^\s*[#%]([A-Za-z]\w*)[=,:]\s*([-+\d.][-+\d.eE,\s]*?)(?:\*[0-9A-Fa-f]{2,8})?\s*$"
 )  # "#YPRAMG=1,2"
@@ -38,9 +43,9 @@ _YPR = re.compile(r"YPR(?=.*A)(?=.*G)[AMG]{2,3}")
 _UM7 = re.compile(r"^\s*\$PCHRS,([012]),([-+\d.eE, ]+?),?\*[0-9A-Fa-f]{2}\s*$")  # which sensor, s, x, y, z
 _CHECKED = re.compile(r"^\s*[$!][A-Za-z]\w*,[^*]*(?:\*[0-9A-Fa-f]{2,8})?\s*$")  # NMEA: $IMU,…*3F
 _POINT = re.compile(r"^[A-Za-z]\S* ((?:\w+=[^\s,=]+,){2,}\w+=[^\s,=]+) (\d{16,19})\s*$")  # InfluxDB's lines, ns
-_NESTED = re.compile(
-    r"^\s*[(\[]\s*(?:[-+\d.eE]+\s*,\s*)?[(\[][-+\d.eE,\s()\[\]]+[)\]],?\s*$"
-)  # Python: (t, (x, y, z), …)
+_NESTED = re.compile(  # Python's (t, (x, y, z), …) and [t, x, y, z, …]
+    r"^\s*[(\[]\s*(?:(?:[-+\d.eE]+\s*,\s*)?[(\[]|[-+\d.eE]+(?:\s*,\s*[-+\d.eE]+){5})[-+\d.eE,\s()\[\]]+[)\]],?\s*$"
+)
 _SENTENCE = re.compile(r"^\s*\$(VN[A-Z]{3}),(.*?)(?:\*[0-9A-Fa-f]{2,4})?\s*$")
 _BRACKETS = re.compile(r"([A-Za-z]+)\s*\(([^)]*)\)\s*\[([^\]]*)\]")
 _TWO_SIGNS = re.compile(  # 1,2,3;4,5,6: no letters. A line without ; and | is no candidate.
@@ -353,7 +358,7 @@ _WRAPPINGS = (
     Wrapping(_COLOUR, _without_colours),
     *(
         Wrapping(pattern, partial(_without_clock, pattern=pattern))
-        for pattern in (_ARROW, _BRACKETED, _LOGGER, _ESP, _COUNTED)
+        for pattern in (_ARROW, _BRACKETED, _LOGGER, _ESP, _COUNTED, _SYSLOG)
     ),
     Wrapping(_TAGGED, _without_tags),
     Wrapping(_MESSAGE, _without_braces),
