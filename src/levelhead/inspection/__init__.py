@@ -29,7 +29,7 @@ BRIEF = 10  # segments by which ``levelhead fuse`` judges turns
 
 
 def examine_turns_and_field(recording: Recording, most: int = MAX_SEGMENTS) -> Iterator[Finding]:
-    """``examine_turns``, and ``examine_field`` of the recording without the iron that the turns showed.
+    """``examine_turns``, ``examine_place``, and ``examine_field`` without the iron that the turns showed.
 
     The iron would be found again as a wrong strength and as a field that varies.
     """
@@ -38,13 +38,13 @@ def examine_turns_and_field(recording: Recording, most: int = MAX_SEGMENTS) -> I
         if one.name == "mag_offset" and one.mend is not None:
             less_iron = one.mend.apply(recording)
         yield one
+    yield from examine_place(recording)
     yield from examine_field(less_iron)
 
 
 FAULTS: tuple[Check, ...] = (
     examine_turns_and_field,
     examine_gravity,
-    examine_place,
     examine_rest,
     examine_clock,
     examine_values,

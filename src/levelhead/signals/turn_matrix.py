@@ -328,12 +328,18 @@ def _running_product(each: Pairs, axis: int) -> Pairs:
 
 def _without_trend(values: Array, line: bool) -> Array:
     """(BLOCKS, m, …) values without their mean, or their straight line."""
-    values = values - values.mean(axis=0)
-    if line:
-        ramp = np.arange(BLOCKS) - 0.5 * (BLOCKS - 1)
-        ramp /= np.sqrt((ramp * ramp).sum())
-        values = values - np.multiply.outer(ramp, np.tensordot(ramp, values, 1))
-    return values
+    made: Array = _trend_remover(line) @ values.reshape(BLOCKS, -1)
+    return made.reshape(values.shape)
+
+
+@cache
+def _trend_remover(line: bool) -> Array:
+    """The projection (BLOCKS, BLOCKS) that removes the mean, or the straight line."""
+    ramp = np.arange(BLOCKS) - 0.5 * (BLOCKS - 1)
+    made = np.eye(BLOCKS) - 1.0 / BLOCKS
+    made -= np.outer(ramp, ramp) / (ramp @ ramp) if line else 0.0
+    made.flags.writeable = False
+    return made
 
 
 class _State(NamedTuple):
@@ -361,7 +367,7 @@ def _evaluate(seg: Segments, matrix: Array, bias: Array, more: Array) -> _State:
     else:
         total, shaped = _blocks(turned), [_turn(rotation, one) for one in seg.shape_planes]
         columns = np.concatenate([rotation.transpose(1, 0, 2, 3), -late[None], -np.stack(shaped)])
-        turned = turned - np.tensordot(more, columns, 1)
+        turned = turned - (more @ columns.reshape(len(more), -1)).reshape(turned.shape)
         columns = np.moveaxis(_blocks(columns), 2, -1)
     columns = _without_trend(columns, seg.is_force)
     left = _without_trend(total, seg.is_force) - columns @ more
@@ -424,8 +430,8 @@ def _normal(seg: Segments, state: _State, basis: Array) -> tuple[Array, Array]:
             change[i, axis] = np.add.reduceat(crossed, edges[:-1], axis=-1)
     change = np.cumsum(change, axis=-1) if seg.is_force else change / np.diff(edges)
     if state.lever is not None:
-        arm, reach = (one.transpose(2, 1, 0)[None] for one in state.lever)
-        change -= np.cross(angle, arm, axis=1) + np.cross(gained, reach, axis=1)
+        arm, reach = (one.transpose(2, 1, 0) for one in state.lever)
+        change -= _cross(angle, arm) + _cross(gained, reach)
     change = change.transpose(3, 2, 0, 1)
     change = _without_trend(change, seg.is_force)
     change = np.concatenate([change, -state.more.swapaxes(-1, -2)], axis=2)
@@ -434,10 +440,22 @@ def _normal(seg: Segments, state: _State, basis: Array) -> tuple[Array, Array]:
     return (flat @ left[..., None])[..., 0] / BLOCKS, flat @ flat.swapaxes(-1, -2) / BLOCKS
 
 
+def _cross(each: Array, other: Array) -> Array:
+    """(p, 3, …) cross products of each of (p, 3, …) with (3, …)."""
+    (x, y, z), (a, b, c) = each.swapaxes(0, 1), other
+    return np.stack([y * c - z * b, z * a - x * c, x * b - y * a], axis=1)
+
+
 def left_as_read(seg: Segments, fitted: TurnMatrix) -> float:
     """The rms that is left where iron, shape and delay are not taken out, but M, the bias and the arm are."""
     more = np.concatenate([fitted.iron, [0.0]]) if seg.is_force else np.zeros(4 + len(SHAPES))
     return float(np.sqrt(_evaluate(seg, fitted.matrix, fitted.bias, more).cost.mean()))
+
+
+def _combine(x: Array, basis: Array) -> Array:
+    """Σ xᵢ ``basis``ᵢ of matrices (p, 3, 3)."""
+    made: Array = (x @ basis.reshape(-1, 9)).reshape(3, 3)
+    return made
 
 
 ALL_NINE: Array = np.eye(9).reshape(9, 3, 3)
@@ -468,7 +486,7 @@ def fit(
     gradient, hessian = np.zeros((m, len(prior))), np.zeros((m, len(prior), len(prior)))
     floor = (1e-4 * seg.size) ** 2
     for _ in range(steps):
-        state = _evaluate(seg, matrix + np.tensordot(x[:p], basis, 1), x[p : p + 3], x[p + 3 :])
+        state = _evaluate(seg, matrix + _combine(x[:p], basis), x[p : p + 3], x[p + 3 :])
         total = float(state.cost.mean())
         if best is not None and not total < best[0]:
             damping *= 10.0
@@ -494,8 +512,8 @@ def fit(
     weight = hessian[:, rows, rows] / np.maximum(state.cost, floor)[:, None, None] + 1e-2 * np.eye(3)
     own = x[rows] - np.linalg.solve(hessian[:, rows, rows] + 1e-9 * np.eye(3), gradient[:, rows, None])[..., 0]
     return TurnMatrix(
-        matrix + np.tensordot(x[:p], basis, 1), x[p : p + 3], x[:p], covariance[:p, :p], x[p + 3 : p + 6],
-        float(x[p + 6]), np.tensordot(x[p + 7 :], SHAPES[: len(x) - p - 7], 1), covariance[p + 3 :, p + 3 :],
+        matrix + _combine(x[:p], basis), x[p : p + 3], x[:p], covariance[:p, :p], x[p + 3 : p + 6],
+        float(x[p + 6]), _combine(x[p + 7 :], SHAPES[: len(x) - p - 7]), covariance[p + 3 :, p + 3 :],
         float(np.sqrt(total)), np.sqrt(state.cost), own, weight,
     )  # fmt: skip
 
