@@ -17,12 +17,15 @@ from levelhead.recording import Array, Recording
 from levelhead.signals.turn_matrix import (
     ALL_NINE,
     IDENTITY,
+    NONE,
+    SHAPES,
     WIRINGS,
     _evaluate,
     _normal,
     cut,
     fit,
     integrate_rotation,
+    predict_left,
     screen,
 )
 from levelhead.sources.formats.npz import load_arrays
@@ -103,6 +106,19 @@ def test_the_gradient_is_that_of_finite_differences(clean: Recording, role: str)
     error = np.abs(gradient - differences)
     assert error.max() < 0.02 * np.abs(gradient[:12]).max(), "rotation to the middle of a sample is half of its φ"
     assert error[12:].max() < 1e-6 * np.abs(gradient).max()
+
+
+@pytest.mark.parametrize("role", ["acc", "mag"])
+def test_one_step_predicts_the_rest_of_a_whole_fit(clean: Recording, role: str) -> None:
+    """The prediction is near the rest of all steps, on the way from the readings. Another wiring leaves far more."""
+    bias = np.radians([2.0, -1.0, 1.5])
+    seg = cut(clean.t, clean.gyr + bias, getattr(clean, role), role == "acc")
+    assert seg is not None
+    more = np.zeros(4 if role == "acc" else 4 + len(SHAPES))
+    whole, as_read = fit(seg, IDENTITY, NONE).left, np.sqrt(_evaluate(seg, IDENTITY, 0.0 * bias, more).cost.mean())
+    assert whole < 0.5 * as_read
+    assert 0.9 * whole < predict_left(seg, IDENTITY) < whole + 0.1 * (as_read - whole)
+    assert predict_left(seg, IDENTITY[[1, 0, 2]]) > 3.0 * whole
 
 
 def test_iron_of_several_fields_hides_nothing(clean: Recording) -> None:

@@ -24,6 +24,7 @@ from levelhead.signals.turn_matrix import (
     TurnMatrix,
     cut,
     fit,
+    predict_left,
     screen,
 )
 from levelhead.units import DEGREE
@@ -141,11 +142,11 @@ def _screened(seg: Segments) -> list[Array]:
 def _searched(seg: Segments) -> list[Array]:
     """Starts by trial of each wiring and of the usual scales, where forces hide the turn within short spans.
 
-    Two steps of a fit choose the turns that get a whole one. A scale, which needs more steps, always gets it.
+    The first step of a fit chooses the turns that get a whole one. A scale, which needs more steps, always gets it.
     """
     few = seg.choose(SEARCHED).split()
     askew = [_rotation(angle * axis) for axis in IDENTITY for angle in (-ASKEW, ASKEW)]
-    likely = sorted([*WIRINGS, *askew], key=lambda one: fit(few, one, NONE, steps=2).left)[:LIKELY]
+    likely = sorted([*WIRINGS, *askew], key=lambda one: predict_left(few, one))[:LIKELY]
     tried = [*likely, *(scale * IDENTITY for scale in (*SCALES, *UNITS))]
     return sorted(tried, key=lambda one: fit(few, one, NONE).left)[:CANDIDATES]
 

@@ -458,6 +458,23 @@ def _combine(x: Array, basis: Array) -> Array:
     return made
 
 
+def _prior(seg: Segments, p: int, spread: float) -> Array:
+    """The information of the numbers of a fit before it: p of M, the bias, and those in ``more``."""
+    more = [ARM] * 3 + [DELAY] if seg.is_force else [IRON * seg.size] * 3 + [DELAY] + [SOFT] * len(SHAPES)
+    made: Array = np.array([spread] * p + [BIAS] * 3 + more) ** -2
+    return made
+
+
+def predict_left(seg: Segments, matrix: Array) -> float:
+    """The rms that one step of Gauss and Newton for all numbers but M would leave, if the cost were quadratic."""
+    prior = _prior(seg, 0, 1.0)
+    state = _evaluate(seg, matrix, np.zeros(3), np.zeros(len(prior) - 3))
+    gradient, hessian = _normal(seg, state, NONE)
+    total = float(state.cost.mean())
+    g, h = gradient.sum(axis=0), hessian.sum(axis=0) + np.diag(prior) * total
+    return float(np.sqrt(max(total - g @ np.linalg.solve(h, g) / len(state.cost), 0.0)))
+
+
 ALL_NINE: Array = np.eye(9).reshape(9, 3, 3)
 NONE: Array = np.zeros((0, 3, 3))
 
@@ -468,16 +485,13 @@ def fit(
     basis: Array = ALL_NINE,
     spread: float = 1.0,
     near: TurnMatrix | None = None,
-    steps: int = STEPS,
 ) -> TurnMatrix:
     """The M = ``matrix`` + Σ xᵢ ``basis``ᵢ that fits best; ``basis`` (p, 3, 3), ``spread`` 1σ of each x before it.
-    At most ``steps`` of Gauss and Newton.
 
     The other numbers begin at those of ``near``, or at 0.
     """
     p, m = len(basis), seg.rate.shape[1]
-    more = [ARM] * 3 + [DELAY] if seg.is_force else [IRON * seg.size] * 3 + [DELAY] + [SOFT] * len(SHAPES)
-    prior = np.array([spread] * p + [BIAS] * 3 + more) ** -2
+    prior = _prior(seg, p, spread)
     x, damping = np.zeros(len(prior)), 1e-3
     if near is not None:
         x[p : p + 7] = *near.bias, *near.iron, near.delay
@@ -485,7 +499,7 @@ def fit(
     best: tuple[float, Array, _State] | None = None
     gradient, hessian = np.zeros((m, len(prior))), np.zeros((m, len(prior), len(prior)))
     floor = (1e-4 * seg.size) ** 2
-    for _ in range(steps):
+    for _ in range(STEPS):
         state = _evaluate(seg, matrix + _combine(x[:p], basis), x[p : p + 3], x[p + 3 :])
         total = float(state.cost.mean())
         if best is not None and not total < best[0]:
