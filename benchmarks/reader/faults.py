@@ -22,7 +22,7 @@ from benchmarks.measure import run_script
 from benchmarks.reader.clean_logs import Known, recordings
 
 import levelhead as lh
-from levelhead.engine import fuse
+from levelhead.engine import fuse, native
 from levelhead.errors import LevelheadError
 from levelhead.inspection import examine
 from levelhead.inspection.agreement import Seen, agree
@@ -406,6 +406,10 @@ def main() -> None:
     parser.add_argument("--seconds", type=float, default=120.0)
     parser.add_argument("--every", type=int, default=1)
     options = parser.parse_args()
+    if not native.up_to_date():
+        raise LevelheadError(
+            "without a native engine of these sources the doctor judges by fewer rows; run make native"
+        )
     every = folder(options.dir) if options.dir else recordings()
     if options.half is not None:
         sets = sorted({name.partition("/")[0] for name, _ in every})
