@@ -222,7 +222,7 @@ def _without_points(lines: Sequence[str]) -> str | None:
 
 
 def _without_nesting(lines: Sequence[str]) -> str | None:
-    """The numbers of tuples in tuples."""
+    """The numbers of tuples in tuples, or of a list."""
     return "\n".join(re.sub(r"[()\[\]\s]", "", line).rstrip(",") for line in lines)
 
 
