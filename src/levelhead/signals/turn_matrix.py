@@ -466,7 +466,7 @@ def _prior(seg: Segments, p: int, spread: float) -> Array:
 
 
 def predict_left(seg: Segments, matrix: Array) -> float:
-    """The rms, as ``TurnMatrix.left``, after one step of Gauss and Newton for all numbers but M, by its quadratic cost."""
+    """The rms, as ``TurnMatrix.left``, after one step of Gauss and Newton for all numbers but M, by a quadratic."""
     prior = _prior(seg, 0, 1.0)
     state = _evaluate(seg, matrix, np.zeros(3), np.zeros(len(prior) - 3))
     gradient, hessian = _normal(seg, state, NONE)
