@@ -179,6 +179,17 @@ PRINTED = {
     "gyro: [{g[0]:.5f}, {g[1]:.5f}, {g[2]:.5f}]",
     "journalctl": "May 01 12:00:{t:09.6f} pi imu[812]: ax={a[0]:.4f} ay={a[1]:.4f} az={a[2]:.4f} "
     "gx={g[0]:.5f} gy={g[1]:.5f} gz={g[2]:.5f}",
+    "Zephyr": "[00:00:{t:06.3f},250] <inf> main: accel x:{a[0]:.4f} y:{a[1]:.4f} z:{a[2]:.4f} "
+    "gyro x:{g[0]:.5f} y:{g[1]:.5f} z:{g[2]:.5f}",
+    "logcat": "05-01 12:00:{t:06.3f}  4321  4330 D SensorTest: ACC,{a[0]:.4f},{a[1]:.4f},{a[2]:.4f}\n"
+    "05-01 12:00:{t:06.3f}  4321  4330 D SensorTest: GYR,{g[0]:.5f},{g[1]:.5f},{g[2]:.5f}",
+    "NSLog": "2026-05-01 12:00:{t:09.6f}+0200 App[12:34] acc: {a[0]:.4f} {a[1]:.4f} {a[2]:.4f} "
+    "gyro: {g[0]:.5f} {g[1]:.5f} {g[2]:.5f}",
+    "mosquitto_sub": 'home/imu {{"ts": {t:.3f}, "accel": {{"x": {a[0]:.4f}, "y": {a[1]:.4f}, "z": {a[2]:.4f}}}, '
+    '"gyro": {{"x": {g[0]:.5f}, "y": {g[1]:.5f}, "z": {g[2]:.5f}}}}}',
+    "one unit behind three axes": "t: {t:.3f}\nax = {a[0]:.4f} ay = {a[1]:.4f} az = {a[2]:.4f} m/s^2\n"
+    "gx = {d[0]:.4f} gy = {d[1]:.4f} gz = {d[2]:.4f} deg/s",
+    "durations": "{t:.3f} sec,{a[0]:.4f},{a[1]:.4f},{a[2]:.4f},{g[0]:.5f},{g[1]:.5f},{g[2]:.5f}",
     "Python's lists": "[{t:.3f}, {a[0]:.4f}, {a[1]:.4f}, {a[2]:.4f}, {d[0]:.4f}, {d[1]:.4f}, {d[2]:.4f}]",
     "headings": "t: {t:.3f}\nAccelerometer data\nx: {a[0]:.4f}\ny: {a[1]:.4f}\nz: {a[2]:.4f}\n"
     "Gyroscope data\nx: {d[0]:.4f}\ny: {d[1]:.4f}\nz: {d[2]:.4f}\nTemp: 28.1 C",
@@ -196,3 +207,30 @@ def test_lines_as_programs_print_them(tmp_path: Path, hand: Recording, line: str
     read = lh.read(tmp_path / "lines.txt")
     check(read, hand[: len(lines)])
     np.testing.assert_allclose(np.diff(read.t), np.diff(hand.t[: len(lines)]), atol=2e-3)
+
+
+def test_the_rate_of_devices_in_a_file_of_nexus(tmp_path: Path, hand: Recording) -> None:
+    """Vicon Nexus writes the rate of its devices below their title, and no stamps."""
+    rows = np.column_stack([np.arange(1, len(hand) + 1), np.zeros(len(hand)), hand.acc, hand.gyr])
+    above = [f"Devices\n{hand.rate:.0f}", ",,IMU 1 - Acc,,,IMU 1 - Gyro,,", "Frame,Sub Frame,X,Y,Z,X,Y,Z"]
+    header = "\n".join([*above, ",,m/s^2,m/s^2,m/s^2,rad/s,rad/s,rad/s"])
+    np.savetxt(tmp_path / "Trial01.csv", rows, "%.6f", ",", header=header, comments="")
+    read = lh.read(tmp_path / "Trial01.csv")
+    check(read, hand)
+    assert read.rate == pytest.approx(hand.rate, rel=1e-3)
+
+
+@pytest.mark.parametrize("order", ["ag", "agm", "ga"])
+def test_a_rate_as_long_as_gravity_in_g_is_no_gravity(tmp_path: Path, order: str) -> None:
+    """Columns without names of a body that turns in place: no force disturbs gravity, and |ω| is about 1 rad/s."""
+    t = np.arange(0.0, 30.0, 0.02)
+    rate = np.stack([0.3 * np.sin(1.9 * t), 0.3 * np.cos(2.9 * t), 0.95 + 0.2 * np.sin(1.4 * t)], axis=1)
+    turned = Rotation.identity()
+    turns = [turned := turned * Rotation.from_rotvec(0.02 * one) for one in rate]
+    seen = {"g": rate}
+    for sensor, vector in (("a", [0.0, 1.0, GRAVITY]), ("m", [0.0, 20.0, -43.0])):
+        seen[sensor] = np.array([turn.inv().apply(vector) for turn in turns])
+    np.savetxt(tmp_path / "bare.csv", np.column_stack([t, *(seen[sensor] for sensor in order)]), "%.5f", ",")
+    read = lh.read(tmp_path / "bare.csv")
+    np.testing.assert_allclose(read.gyr, rate, atol=2e-5)
+    np.testing.assert_allclose(read.acc, seen["a"], rtol=3e-2, atol=1e-2)

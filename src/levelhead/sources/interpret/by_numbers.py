@@ -240,12 +240,17 @@ def guess_columns(values: Array, stamps: Sequence[int] = ()) -> Guess:
     ]  # fmt: skip
     candidates = _by_gravity(values, triples, 0 if t is None else t + 1)
     seconds = np.arange(len(values)) / 100.0 if t is None else _seconds(values[:, t])
-    for acc in _less_steady_first(values, candidates[:_MAX_CANDIDATES]):
-        gyr = _gyroscope(values, seconds, acc, list(_apart(triples, acc)))
-        if gyr:
-            user = _user_acceleration(values, acc, list(_apart(triples, (*acc, *gyr))))
-            mag = _magnetometer(values, user or acc, gyr, triples)
-            return Guess(t, acc, gyr, mag, user if acc in directions else ())
+    ordered = _less_steady_first(values, candidates[:_MAX_CANDIDATES])
+    apart = {acc: list(_apart(triples, acc)) for acc in ordered}
+    turning = {acc: _turning(values, seconds, acc, apart[acc]) for acc in ordered}
+    _, gyr = max(turning.values(), default=(0.0, ()))  # the rate of all that turn: a field, another accelerometer
+    beside = ((acc, _beside(values, acc, apart[acc])) for acc in ordered)
+    pairs = ((acc, gyr) for acc in ordered if gyr == turning[acc][1]) if gyr else beside
+    acc, gyr = next((pair for pair in pairs if pair[1]), ((), ()))
+    if gyr:
+        user = _user_acceleration(values, acc, list(_apart(triples, (*acc, *gyr))))
+        mag = _magnetometer(values, user or acc, gyr, triples)
+        return Guess(t, acc, gyr, mag, user if acc in directions else ())
     return Guess(t, candidates[0] if candidates else (), (), ())
 
 
@@ -402,6 +407,11 @@ def _is_split_clock(whole: Array, rest: Array) -> bool:
 
 def _gyroscope(values: Array, t: Array, acc: Triple, triples: Sequence[Triple]) -> Triple:
     """The three columns against which gravity turns; without motion, those beside the accelerometer."""
+    return _turning(values, t, acc, triples)[1] or _beside(values, acc, triples)
+
+
+def _turning(values: Array, t: Array, acc: Triple, triples: Sequence[Triple]) -> tuple[float, Triple]:
+    """(correlation, the three columns against which gravity turns); (_, ()) without motion."""
     force = values[:, list(acc)]
     force = force / median_norm(force) * GRAVITY
     correlation = _MIN_CORRELATION
@@ -410,7 +420,7 @@ def _gyroscope(values: Array, t: Array, acc: Triple, triples: Sequence[Triple]) 
         turn = turn_of_gravity(t, values[:, list(triple)], force)
         if turn is not None and turn.turned > _MIN_TURN and abs(turn.correlation) > correlation:
             correlation, best = abs(turn.correlation), triple
-    return best or _beside(values, acc, triples)
+    return correlation, best
 
 
 def shows_turn(table: ArrayTable) -> bool:

@@ -1,4 +1,4 @@
-"""Dates and clock times in text, as nanoseconds."""
+"""Dates, clock times and durations in text, as nanoseconds."""
 
 import re
 from datetime import date
@@ -21,12 +21,15 @@ _TIME = r"(\d\d?)[:](\d\d)[:](\d\d)(?:[.,:_](\d{1,9}))?\s*(AM|PM|am|pm)?"
 _MINUTES = re.compile(r"\s*\"?(\d\d?):(\d\d)\.(\d{1,9})\s*\"?\s*$")  # as spreadsheets shorten a clock time
 _CLOCK_FIRST = re.compile(r"\s*\"?(\d\d?:\d\d:\d\d(?:[.,]\d{1,9})?)\s+(\d\d?)[-/.](\d\d?)[-/.](?:20)?(\d\d)\s*\"?\s*$")
 _ZONE = r"(?:\s*(?:Z|UTC|GMT)?\s*[+-]?\d{0,2}:?\d{0,2})?"
+_UNITS = {"ms": NS // 1000, "s": NS, "sec": NS, "min": 60 * NS, "hr": 3600 * NS}
+_DURATION = re.compile(rf"\s*\"?(\d+(?:\.\d+)?)\s*({'|'.join(_UNITS)})\s*\"?\s*$")  # of MATLAB's timetables
 STAMP = re.compile(rf"\s*\"?(?:{_DATE}[T _,]*\s*)?{_TIME}{_ZONE}\s*\"?\s*$")
 
 
 def is_stamp(cell: str) -> bool:
-    """Whether a cell is a date with a clock time, or a clock time."""
-    return ":" in cell and (any(pattern.match(cell) is not None for pattern in (_MINUTES, STAMP, _MONTH, _CLOCK_FIRST)))
+    """Whether a cell is a date with a clock time, a clock time, or a duration with its unit."""
+    patterns = (_MINUTES, STAMP, _MONTH, _CLOCK_FIRST) if ":" in cell else (_DURATION,)
+    return any(pattern.match(cell) is not None for pattern in patterns)
 
 
 def _in_digits(cell: str) -> str:
@@ -48,8 +51,10 @@ def nanoseconds(cell: str) -> int:
     """Nanoseconds since 1970 on the clock that the text shows, its zone left out; since midnight without a date.
 
     Raises:
-        ValueError: no date and no clock time.
+        ValueError: no date, no clock time and no duration.
     """
+    if duration := _DURATION.match(cell):
+        return round(float(duration[1]) * _UNITS[duration[2]])
     if short := _MINUTES.match(cell):
         return (int(short[1]) * 60 + int(short[2])) * NS + int(short[3].ljust(9, "0"))
     found = STAMP.match(cell) or STAMP.match(_in_digits(cell))

@@ -17,6 +17,7 @@ _RATE = re.compile(
     r"|(?:^|\W)rate\s*[:=]\s*(\d+(?:\.\d+)?)",
     re.IGNORECASE,
 )
+_DEVICES = re.compile(r"^Devices,*\n(\d+(?:\.\d+)?),*$", re.MULTILINE)  # Vicon Nexus: the rate below
 _PERIOD = re.compile(r"(?:rate|period|interval)\W{0,12}?\d+(?:\.\d+)?\s*(?:ms|us|milli|micro)", re.IGNORECASE)
 _PRINTF = re.compile(r"%[\w.]+\(([^)]*)\)")
 _FEW_ROWS = 5  # lines below a header by which its names are judged
@@ -27,7 +28,7 @@ _RELATIVE = {"local", "local_flux", "a.u.", "au", "normalized", "normalised", "a
 
 def rate_in(preamble: Sequence[str]) -> float | None:
     """The sample rate in Hz that lines such as "// Update Rate: 100.0Hz" give; None if they give none or several."""
-    found = set()
+    found = {float(rate) for rate in _DEVICES.findall("\n".join(preamble))}
     for line in preamble:
         if _PERIOD.search(line):  # a period, not a rate
             continue

@@ -207,9 +207,16 @@ def _name_labels(labels: Sequence[tuple[str, list[float], str]]) -> dict[str, fl
         if bare and groups and groups[-1][0] is not None:
             stem, members, known = groups.pop()
             groups.append((stem, [*members, (f"{stem} {label}".strip(), numbers[0])], unit or known))
+        elif groups and not groups[-1][2] and _is_next_axis(groups[-1][1][-1][0], label) and len(numbers) == 1:
+            groups[-1] = (None, [*groups[-1][1], (label, numbers[0])], unit)
         else:
             groups.append((" ".join(words[:-1]) if axis else None, list(_columns(label, numbers).items()), unit))
     return {f"{name} [{unit}]" if unit else name: number for _, members, unit in groups for name, number in members}
+
+
+def _is_next_axis(name: str, label: str) -> bool:
+    """Whether ay follows ax: one unit behind az is that of the three."""
+    return name[:-1] == label[:-1] != "" and (name[-1] + label[-1]).lower() in ("xy", "yz")
 
 
 def _columns(label: str, numbers: Sequence[float]) -> Mapping[str, float]:

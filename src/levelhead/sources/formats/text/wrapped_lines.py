@@ -3,7 +3,7 @@
 import re
 from collections import Counter
 from collections.abc import Callable, Sequence
-from functools import partial
+from functools import cache
 from typing import NamedTuple
 
 from levelhead import units
@@ -19,18 +19,22 @@ _MIN_SHARE = 0.6  # of the lines, wrapped in the same way
 _MIN_OPEN = 0.3  # of the lines, that open or close a quoted cell and not both
 _MIN_NUMBERS = 6  # of a gyroscope and an accelerometer
 _MIN_UNITS = 6  # cells of a line that hold a unit
-_ARROW = re.compile(r"^\s*\[?(?:\d{4}-\d\d-\d\d[ T])?(\d\d?:\d\d:\d\d[.,]\d+)\]?\s*(?:->|>)\s?(.*)$")
-_CLOCK = r"(?:\d{4}-\d\d-\d\d[ T])?(\d\d?:\d\d:\d\d[.,]\d+)"
-_LOGGER = re.compile(rf"^\s*{_CLOCK}(?:\s*[-|]\s*[A-Za-z_][\w.: ]*?)+\s*[-|:]\s*(.*)$")  # Python's logging, loguru
-_BRACKETED = re.compile(rf"^\s*\[{_CLOCK}\]:?\s*(.*)$")
 _COLOUR = re.compile(r"\x1b\[[\d;]*m")  # of a terminal
-_ESP = re.compile(r"^\s*[VDIWE] \((\d+)\) [^:]*: (.*)$")  # ESP-IDF: the level, ms since the start, a tag
-_COUNTED = re.compile(  # "[12.345] …", "[INFO] [1683203415.25]: …", "[node-1] [INFO] [1683203415.25] [node]: …"
-    r"^\s*(?:\[[A-Za-z][\w.-]*\]\s*)*\[\s*(\d+\.\d+)\]:?\s*(.*)$"
+_TAG = r"(?:[^\s,;={}\"]+\s+){0,6}?[^\s,;={}\"]*[-:>|\]]\s"  # "node: ", "host app[1]: ", "<inf> main: ", "INFO | "
+_TAGS = re.compile(rf"\s*{_TAG}\s*")
+_STAMPED = re.compile(
+    rf"""^\s* (?:\[[A-Za-z][\w.-]*\]\s*)*                               # a node, a level
+    (?: [VDIWE][ ]\((?P<ms>\d+)\)                                       # ESP-IDF
+      | (?P<bracket>\[\s*)?
+        (?: (?:(?:\d{{4}}-)?\d\d-\d\d[ T] | [A-Z][a-z]{{2}}[ ][ \d]\d[ ])?
+            (?P<clock>\d\d?:\d\d:\d\d[.,]\d+) (?:,\d{{3}})?             # Zephyr writes .123,456
+            (?:Z|[+-]\d\d:?\d\d)?
+          | (?(bracket)(?P<s>\d+\.\d+)|(?!)) )
+    ) (?(bracket)\]:?|(?=\s*{_TAG}))
+    (?P<rest>.*)$""",
+    re.VERBOSE,
 )
-_SYSLOG = re.compile(  # journalctl -o short-precise and short-iso-precise
-    r"^\s*(?:[A-Z][a-z]{2} [ \d]\d |\d{4}-\d\d-\d\dT)(\d\d:\d\d:\d\d[.,]\d+)\S* \S+ [^\s:\[]+(?:\[\d+\])?: (.*)$"
-)
+_TOPIC = re.compile(r"^[^\s{\"\[]+[ \t]+(\{\s*\".*\})\s*$")  # mosquitto_sub -v
 _TAGGED = re.compile(
     r"^\s*[#%]([A-Za-z]\w*)[=,:]\s*([-+\d.][-+\d.eE,\s]*?)(?:\*[0-9A-Fa-f]{2,8})?\s*$"
 )  # "#YPRAMG=1,2"
@@ -66,6 +70,7 @@ _OBJECT = re.compile(
     rf"\"?\{{\s*{_QUOTE}x{_QUOTE}\s*:\s*({_VECTOR_NUMBER})\s*,\s*{_QUOTE}y{_QUOTE}\s*:\s*({_VECTOR_NUMBER})\s*,"
     rf"\s*{_QUOTE}z{_QUOTE}\s*:\s*({_VECTOR_NUMBER})\s*\}}\"?"
 )
+_LABEL = re.compile(r"[A-Za-z]\w*\s*[:=]")
 _MARK = "\1"
 _KEY = re.compile(r"[\"']\w+[\"']\s*:")
 _ROW_TIME = {"time": "time_s", "time_ms": "time_ms"}  # a clock time is counted in s where each number has a name
@@ -146,10 +151,11 @@ def _without_colours(lines: Sequence[str]) -> str | None:
     return "\n".join(_COLOUR.sub("", line) for line in lines)
 
 
-def _without_clock(lines: Sequence[str], pattern: re.Pattern[str]) -> str | None:
-    """The serial monitor of the Arduino IDE with time stamps, "12:30:15.250 -> 0.1,0.2", and the lines of loggers."""
-    found = [(match[1], match[2]) for line in lines if (match := pattern.match(line))]
-    name = "time_ms" if pattern is _ESP else "time"
+def _without_stamps(lines: Sequence[str]) -> str | None:
+    """The lines of loggers and of serial monitors with time stamps: "12:30:15.250 -> 0.1,0.2"."""
+    matches = [match for line in lines if (match := _STAMPED.match(line))]
+    found = [(match["clock"] or match["s"] or match["ms"], _without_tag(match)) for match in matches]
+    name = "time_ms" if matches[-1]["ms"] else "time"
     if not looks_labelled([rest for _, rest in found[1:40]]):
         marked = [(clock, _WORD.sub(r"\1: ", rest)) for clock, rest in found]
         found = marked if looks_labelled([rest for _, rest in marked[1:40]]) else found
@@ -161,6 +167,25 @@ def _without_clock(lines: Sequence[str], pattern: re.Pattern[str]) -> str | None
             f"{_ROW_TIME[name]}: {_count(clock)} {_AROUND.sub(' ', rest)}" for clock, rest in found if parse(rest)
         )
     return "\n".join(_clock_cell(clock, rest, name) + rest for clock, rest in found)
+
+
+def _without_tag(stamped: re.Match[str]) -> str:
+    """The content of a line of ``_STAMPED``: the text behind names of programs, nodes and levels."""
+    rest = stamped["rest"].strip()
+    while (tag := _TAGS.match(rest)) and not _is_label(tag[0].strip(), rest[tag.end() :]):
+        rest = rest[tag.end() :]
+    return rest
+
+
+def _is_label(tag: str, rest: str) -> bool:
+    """Whether a word with a colon is the name of the numbers behind it: of a sensor, or one of several names."""
+    return _names_sensor(tag) or (tag[-1] == ":" and rest[:1] in "+-.0123456789" and _LABEL.search(rest) is not None)
+
+
+@cache
+def _names_sensor(tag: str) -> bool:
+    words = re.split(r"[\s/:]+", tag)
+    return any(understand(name).role for word in words if word for name in (word, f"{word} x"))
 
 
 def _clock_cell(clock: str, rest: str, name: str) -> str:
@@ -176,6 +201,11 @@ def _count(clock: str) -> str:
         return clock
     hour, minute, second = clock.replace(",", ".").split(":")
     return f"{3600 * int(hour) + 60 * int(minute) + float(second):.6f}"
+
+
+def _without_topics(lines: Sequence[str]) -> str | None:
+    """Objects of JSON behind the topic that they came by."""
+    return "\n".join(match[1] for line in lines if (match := _TOPIC.match(line)))
 
 
 def _without_tags(lines: Sequence[str]) -> str | None:
@@ -356,10 +386,8 @@ class Wrapping(NamedTuple):
 # a sentence of a known maker is a sentence with a checksum.
 _WRAPPINGS = (
     Wrapping(_COLOUR, _without_colours),
-    *(
-        Wrapping(pattern, partial(_without_clock, pattern=pattern))
-        for pattern in (_ARROW, _BRACKETED, _LOGGER, _ESP, _COUNTED, _SYSLOG)
-    ),
+    Wrapping(_STAMPED, _without_stamps),
+    Wrapping(_TOPIC, _without_topics),
     Wrapping(_TAGGED, _without_tags),
     Wrapping(_MESSAGE, _without_braces),
     Wrapping(_POINT, _without_points),
