@@ -1,5 +1,6 @@
 """Layouts that say little of themselves, written from one simulated motion and read back."""
 
+import json
 from pathlib import Path
 
 import numpy as np
@@ -220,7 +221,7 @@ def test_the_rate_of_devices_in_a_file_of_nexus(tmp_path: Path, hand: Recording)
     assert read.rate == pytest.approx(hand.rate, rel=1e-3)
 
 
-@pytest.mark.parametrize("order", ["ag", "agm", "ga"])
+@pytest.mark.parametrize("order", ["ag", "agm", "ga", "mag"])
 def test_a_rate_as_long_as_gravity_in_g_is_no_gravity(tmp_path: Path, order: str) -> None:
     """Columns without names of a body that turns in place: no force disturbs gravity, and |ω| is about 1 rad/s."""
     t = np.arange(0.0, 30.0, 0.02)
@@ -234,3 +235,34 @@ def test_a_rate_as_long_as_gravity_in_g_is_no_gravity(tmp_path: Path, order: str
     read = lh.read(tmp_path / "bare.csv")
     np.testing.assert_allclose(read.gyr, rate, atol=2e-5)
     np.testing.assert_allclose(read.acc, seen["a"], rtol=3e-2, atol=1e-2)
+    assert (read.mag is not None) == ("m" in order)
+
+
+@pytest.mark.parametrize("scalar", [{"sample_rate": 100}, {"dt": 0.01}, {"ts": 1.7e9, "fs": 100.0}], ids=str)
+@pytest.mark.parametrize("rows", [False, True], ids=["lists", "samples"])
+def test_a_rate_beside_the_samples_of_json(
+    tmp_path: Path, hand: Recording, scalar: dict[str, float], rows: bool
+) -> None:
+    acc, gyr = hand.acc.tolist(), hand.gyr.tolist()
+    samples = {"samples": [{"acc": a, "gyr": g} for a, g in zip(acc, gyr, strict=True)]}
+    content = scalar | (samples if rows else {"acc": acc, "gyr": gyr})
+    (tmp_path / "log.json").write_text(json.dumps(content), encoding="utf-8")
+    read = lh.read(tmp_path / "log.json")
+    check(read, hand)
+    assert read.rate == pytest.approx(hand.rate, rel=1e-3)
+
+
+def test_one_name_over_three_columns(tmp_path: Path, hand: Recording) -> None:
+    """A name in merged cells of a spreadsheet."""
+    header = "time;acc;;;gyro;;\ns;m/s²;m/s²;m/s²;rad/s;rad/s;rad/s"
+    rows = np.column_stack([hand.t, hand.acc, hand.gyr])
+    np.savetxt(tmp_path / "merged.csv", rows, "%.6f", ";", header=header, comments="", encoding="utf-8")
+    check(lh.read(tmp_path / "merged.csv"), hand)
+
+
+def test_names_of_linux_iio(tmp_path: Path, hand: Recording) -> None:
+    """Channels of Linux's industrial I/O: Documentation/ABI/testing/sysfs-bus-iio."""
+    names = [f"{channel}_{axis}" for channel in ("in_accel", "in_anglvel") for axis in "xyz"]
+    rows = np.column_stack([1e9 * hand.t, hand.acc, hand.gyr])
+    np.savetxt(tmp_path / "iio.csv", rows, "%.6f", ",", header=",".join(["timestamp", *names]), comments="")
+    check(lh.read(tmp_path / "iio.csv"), hand)

@@ -15,6 +15,7 @@ import numpy as np
 from levelhead.errors import LevelheadError
 from levelhead.open_types import JsonObject
 from levelhead.sources.conclusions import Basis, Conclusion
+from levelhead.sources.formats.named_arrays import rate_of
 from levelhead.sources.formats.text.cells import is_comment, is_number, lines_of
 from levelhead.sources.formats.text.dates import is_stamp, nanoseconds
 from levelhead.sources.formats.text.file import TextFile
@@ -26,6 +27,7 @@ _KIND_KEYS = ("sensor", "type", "name", "sensortype", "sensor_type", "sensorname
 _MIN_SAMPLES = 5  # that make a table
 _MIN_COLUMNS = 3  # of one length in an object that make a table
 _MIN_SERIES = 2  # lists of one length in an object that make it a batch
+_MIN_RATE, _MAX_RATE = 0.5, 1e5  # Hz
 _MAX_BYTES = 1 << 30
 _MAX_DEPTH = 8
 _VECTOR_AXES = {3: "xyz", 4: "wxyz"}  # by the numbers in a list that is one reading
@@ -224,7 +226,16 @@ def _walk(node: Any, name: str, source: str, depth: int) -> Iterator[ArrayTable]
         yield from _list_tables(node, name, source, depth)
     elif isinstance(node, dict):
         table = _named_rows(node, name, source) or _keyed_columns(node, name, source) or _columns(node, name, source)
-        yield from [table] if table is not None else _member_tables(node, name, source, depth)
+        found = [table] if table is not None else _member_tables(node, name, source, depth)
+        rate = _rate_beside(node, source)
+        yield from (replace(one, rate=one.rate or rate) for one in found)
+
+
+def _rate_beside(node: JsonObject, source: str) -> float | None:
+    """The rate in Hz among the numbers of an object; "ts" may be a stamp, whose inverse is the rate of no sensor."""
+    numbers = {key: float(value) for key, value in node.items() if _is_number(value) and value and value > 0}
+    rates = (rate_of(source, key, value) for key, value in numbers.items())
+    return next((rate for rate in rates if rate is not None and _MIN_RATE <= rate <= _MAX_RATE), None)
 
 
 def _list_tables(node: Sequence[Any], name: str, source: str, depth: int) -> Iterator[ArrayTable]:

@@ -37,7 +37,7 @@ def tabulate(
         if array.dtype.kind not in "iufb":
             continue
         if array.size == 1:
-            rate = _rate(source, name, float(array.reshape(-1)[0])) or rate
+            rate = rate_of(source, name, float(array.reshape(-1)[0])) or rate
         elif array.ndim <= 2:
             columns |= _columns(name, array, (units or {}).get(name), transposed)
     if not columns:
@@ -61,7 +61,12 @@ def by_length(table: ArrayTable) -> list[ArrayTable]:
     return found or [table]
 
 
-def _rate(source: str, name: str, value: float) -> float | None:
+def rate_of(source: str, name: str, value: float) -> float | None:
+    """The rate in Hz that a scalar called sampling_rate, fs, dt, … gives; None for any other name.
+
+    Raises:
+        LevelheadError: it is not above 0.
+    """
     key = re.sub(r"[^a-z]", "", name.rsplit("/", maxsplit=1)[-1].rsplit(".", maxsplit=1)[-1].lower())
     if key not in _RATES | _STEPS:
         return None

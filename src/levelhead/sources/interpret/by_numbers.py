@@ -248,9 +248,9 @@ def guess_columns(values: Array, stamps: Sequence[int] = ()) -> Guess:
     pairs = ((acc, gyr) for acc in ordered if gyr == turning[acc][1]) if gyr else beside
     acc, gyr = next((pair for pair in pairs if pair[1]), ((), ()))
     if gyr:
-        user = _user_acceleration(values, acc, list(_apart(triples, (*acc, *gyr))))
-        mag = _magnetometer(values, user or acc, gyr, triples)
-        return Guess(t, acc, gyr, mag, user if acc in directions else ())
+        rest = list(_apart(triples, (*acc, *gyr)))
+        user = _user_acceleration(values, acc, rest) if acc in directions else ()
+        return Guess(t, acc, gyr, _magnetometer(values, user or acc, gyr, triples), user)
     return Guess(t, candidates[0] if candidates else (), (), ())
 
 
@@ -448,10 +448,10 @@ def _beside(values: Array, acc: Triple, triples: Sequence[Triple]) -> Triple:
 
 
 def _magnetometer(values: Array, acc: Triple, gyr: Triple, triples: Sequence[Triple]) -> Triple:
-    """Three more columns right behind, if their length is steady and no unit vector's."""
-    first, force = max(acc[2], gyr[2]) + 1, values[:, list(acc)]
-    behind = (triple for triple in triples if triple[0] == first)
-    return next((at for at in behind if _is_field(field := values[:, list(at)]) and not _along(field, force)), ())
+    """Three more columns right behind, or right before, if their length is steady and no unit vector's."""
+    behind, before, force = max(acc[2], gyr[2]) + 1, min(acc[0], gyr[0]) - 1, values[:, list(acc)]
+    near = sorted((triple for triple in triples if triple[0] == behind or triple[2] == before), reverse=True)
+    return next((at for at in near if _is_field(field := values[:, list(at)]) and not _along(field, force)), ())
 
 
 def _along(one: Array, other: Array) -> bool:

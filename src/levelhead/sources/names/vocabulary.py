@@ -11,6 +11,7 @@ WORDS = {
         "gyroadc",
         "omega",
         "angvel",
+        "anglvel",
         "angvelocity",
         "angularvelocity",
         "angularrate",

@@ -88,6 +88,16 @@ def _counted_axes(row: Sequence[str]) -> list[int]:
     ]  # fmt: skip
 
 
+def _merged_axes(rows: Sequence[Sequence[str]], names: Sequence[str]) -> list[int]:
+    """Where one sensor's name stands over three columns, as merged cells of a spreadsheet become."""
+    apart = [i for i, cell in enumerate(rows[-1]) if cell]
+    ends = [*apart[1:], len(rows[-1])] if len(rows) == 1 else []
+    return [
+        i for i, end in zip(apart, ends, strict=False)
+        if end == i + 3 and not understand(names[i]).axis and understand(f"{names[i]} x").role in ("gyr", "acc", "mag")
+    ]  # fmt: skip
+
+
 def join_names(header: Sequence[Sequence[str]], width: int) -> list[str]:
     """One name per column.
 
@@ -105,7 +115,7 @@ def join_names(header: Sequence[Sequence[str]], width: int) -> list[str]:
     width = max(map(len, rows))
     names = _add_groups(rows, width)
     names = [name + _unit_bracket(unit_row[i]) if i < len(unit_row) else name for i, name in enumerate(names)]
-    for i in _counted_axes(names):
+    for i in [*_counted_axes(names), *_merged_axes(rows, names)]:
         names[i : i + 3] = [f"{names[i]} {axis}" for axis in "xyz"]
     return names
 
