@@ -1,5 +1,6 @@
 """Vibration, delay, a bias that runs or is taken off, and noise, put into a recording, are found with their size."""
 
+import importlib
 import re
 
 import numpy as np
@@ -10,6 +11,7 @@ import levelhead as lh
 from levelhead.inspection import examine
 from levelhead.inspection.findings import Finding
 from levelhead.inspection.spectrum import lines, spectrum
+from levelhead.inspection.unknown import unknown
 from levelhead.recording import Recording
 
 RATE = 200.0
@@ -88,6 +90,16 @@ def test_what_is_not_known_and_which_motion_would_tell(hand: Recording) -> None:
     assert "about each axis" not in words and "no magnetometer" in words
     late = Recording(hand.t[24:], hand.gyr[:-24], hand.acc[24:])  # gravity's turn and the rate hardly correlate
     assert "about each axis" not in " | ".join(examine(late).unknown)
+
+
+def test_the_lack_of_the_native_engine_is_named(hand: Recording, monkeypatch: pytest.MonkeyPatch) -> None:
+    known = list(unknown(hand, set()))
+    module = importlib.import_module("levelhead.inspection.unknown")  # the package has a function of that name
+    monkeypatch.setattr(module, "has_imu", lambda *_, **__: False)
+    more = set(unknown(hand, set())) - set(known)
+    assert [sentence.partition(":")[0] for sentence in more] == [
+        "jumps of the gyroscope's bias, and scale errors of some percent"
+    ]
 
 
 @pytest.mark.slow

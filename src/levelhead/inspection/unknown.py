@@ -4,6 +4,8 @@ from collections.abc import Iterator, Set
 
 import numpy as np
 
+from levelhead.engine.native import has_imu
+from levelhead.filters import eskf
 from levelhead.recording import Array, Recording
 from levelhead.signals.gravity_turn import excerpt
 from levelhead.signals.hard_iron import hard_iron
@@ -26,6 +28,11 @@ def unknown(recording: Recording, found: Set[str]) -> Iterator[str]:
             )
         elif missing := [axis for axis, rate in zip("xyz", _rms(gyr), strict=True) if rate < 0.1 * CLEAR_TURN]:
             yield f"sign and scale of the gyroscope's {', '.join(missing)}: turn it about that axis by 90° for 20 s"
+        if not has_imu(eskf.FILTER, guarded=True):
+            yield (
+                "jumps of the gyroscope's bias, and scale errors of some percent: this installation lacks the "
+                "native engine, which shows them"
+            )
         if _sides(acc) < SIDES:
             yield "offset and scale of each axis of the accelerometer: lay it on its six sides, 3 s each, 20 s in all"
         if float(rest_rows(recording).sum()) < RESTED * recording.rate:
