@@ -217,3 +217,74 @@ def test_every_class_of_matlab_passes_the_check_of_its_tags(tmp_path: Path) -> N
     for compressed in (False, True):
         scipy_io.savemat(path, {**flags, "e": np.ones(3) * 1j, "f": np.int8([1, 2])}, do_compression=compressed)
         check_tags(path.read_bytes())
+
+
+def check_hand(path: Path, hand: Recording, **hints: object) -> None:
+    recording = read(path, **hints)
+    np.testing.assert_allclose(recording.gyr, hand.gyr, atol=1e-6)
+    np.testing.assert_allclose(recording.acc, hand.acc, atol=1e-5)
+    np.testing.assert_allclose(recording.t - recording.t[0], hand.t - hand.t[0], atol=1e-3)
+
+
+def columns(hand: Recording) -> np.ndarray:
+    return np.column_stack([hand.t, hand.acc, hand.gyr])
+
+
+NAMES = ("time", "ax", "ay", "az", "gx", "gy", "gz")
+
+
+def test_tables_in_hdf5(tmp_path: Path, hand: Recording) -> None:
+    """Compound types, as PyTables writes them, with scalar and with vector fields; a matrix of pandas."""
+    scalars = np.rec.fromarrays(columns(hand).T, names=",".join(NAMES))
+    kind = [("time", "f8"), ("accel", "f8", 3), ("gyro", "f8", 3)]
+    vectors = np.array(list(zip(hand.t, hand.acc, hand.gyr, strict=True)), dtype=kind)
+    for name, content in (("scalars", scalars), ("vectors", vectors)):
+        with h5py.File(tmp_path / f"{name}.h5", "w") as file:
+            file["log/imu"] = content
+        check_hand(tmp_path / f"{name}.h5", hand)
+    with h5py.File(tmp_path / "pandas.h5", "w") as file:
+        file["df/block0_items"], file["df/block0_values"] = [name.encode() for name in NAMES], columns(hand)
+        file["df/axis1"] = np.arange(len(hand))
+    check_hand(tmp_path / "pandas.h5", hand)
+
+
+def test_the_rate_of_a_group_in_hdf5(tmp_path: Path, hand: Recording) -> None:
+    with h5py.File(tmp_path / "log.h5", "w") as file:
+        file.attrs["Sample Rate"] = 100.0
+        file["gyr"], file["acc"] = hand.gyr, hand.acc
+    check_hand(tmp_path / "log.h5", hand)
+
+
+def test_an_array_of_structures_in_matlab(tmp_path: Path, hand: Recording) -> None:
+    rows = [(np.array([[t]]), acc, gyr) for t, acc, gyr in zip(hand.t, hand.acc, hand.gyr, strict=True)]
+    kind = [("t", object), ("acc", object), ("gyr", object)]
+    scipy_io.savemat(tmp_path / "log.mat", {"imu": np.array(rows, dtype=kind)})
+    check_hand(tmp_path / "log.mat", hand)
+
+
+@pytest.mark.parametrize("suffix", [".npy", ".npz", ".mat"])
+def test_a_matrix_without_names(tmp_path: Path, hand: Recording, suffix: str) -> None:
+    """Its columns are found by their numbers, as in a text without header, and have the same hints."""
+    path = tmp_path / f"log{suffix}"
+    save = {".npy": np.save, ".npz": lambda to, what: np.savez(to, data=what)}
+    save.get(suffix, lambda to, what: scipy_io.savemat(to, {"data": what}))(path, columns(hand))
+    check_hand(path, hand)
+    check_hand(path, hand, map={"t": ["1"], "acc": ["2", "3", "4"], "gyr": ["5", "6", "7"]})
+    name = "column" if suffix == ".npy" else "data"
+    check_hand(path, hand, map={key: [f"{name}[{i}]" for i in at] for key, at in
+                                {"t": (0,), "acc": (1, 2, 3), "gyr": (4, 5, 6)}.items()})  # fmt: skip
+
+
+@pytest.mark.parametrize("suffix", [".parquet", ".feather", ".arrow"])
+def test_vectors_in_columns_of_arrow(tmp_path: Path, hand: Recording, suffix: str) -> None:
+    pa = pytest.importorskip("pyarrow")
+    from pyarrow import feather, parquet
+
+    stamps = pa.array((1.7e15 + 1e6 * hand.t).astype(np.int64)).cast(pa.timestamp("us"))
+    fixed = pa.FixedSizeListArray.from_arrays(pa.array(hand.gyr.ravel()), 3)
+    table = pa.table({"stamp": stamps, "acc": pa.array(hand.acc.tolist()), "gyr": fixed})
+    write = parquet.write_table if suffix == ".parquet" else feather.write_feather
+    write(table, str(tmp_path / f"log{suffix}"))
+    check_hand(tmp_path / f"log{suffix}", hand)
+    (tmp_path / f"bad{suffix}").write_bytes(b"ARROW1\0\0 nothing")
+    assert "damaged" in refused(tmp_path / f"bad{suffix}")

@@ -1,3 +1,4 @@
+import importlib
 import os
 import subprocess
 import sys
@@ -168,6 +169,29 @@ def test_a_zero_byte_far_down_is_refused_with_its_line(tmp_path: Path) -> None:
     rows = [f"{0.01 * k:.2f},0.01,0.02,0.03,0.1,0.2,9.8" for k in range(20_000)]
     rows[15_000] += "\0"
     assert "line 15002: a zero byte; expected text" in refused(log(tmp_path, HEADER, *rows))
+
+
+@pytest.mark.parametrize("zeros", [1, 5_000, 3_000_000])
+@pytest.mark.parametrize("torn", ["", "12.3"])
+def test_zeros_at_the_end_are_left_out(tmp_path: Path, zeros: int, torn: str) -> None:
+    """A recorder that loses power leaves a file of its reserved size."""
+    rows = [f"{0.01 * k:.2f},0.01,0.02,0.03,0.1,0.2,9.8" for k in range(500)]
+    path = log(tmp_path, HEADER, *rows)
+    path.write_bytes(path.read_bytes() + torn.encode() + bytes(zeros))
+    recording = read(path)
+    assert len(recording) == 500
+    assert f"the {zeros} zero bytes at the end are left out" in " ".join(recording.meta["notes"])
+
+
+@pytest.mark.parametrize("packed", ["bz2", "lzma"])
+def test_packed_text(tmp_path: Path, packed: str) -> None:
+    suffix, module = {"bz2": ".bz2", "lzma": ".xz"}[packed], importlib.import_module(packed)
+    path = log(tmp_path, HEADER, *(f"{0.01 * k:.2f},0.01,0.02,0.03,0.1,0.2,9.8" for k in range(500)))
+    target = path.with_name(path.name + suffix)
+    target.write_bytes(module.compress(path.read_bytes()))
+    assert len(read(target)) == 500
+    target.write_bytes(target.read_bytes()[:40])
+    assert f"is not packed with {suffix[1:]}, or it is damaged" in refused(target)
 
 
 @pytest.mark.parametrize(

@@ -21,10 +21,12 @@ from levelhead.sources.formats import (
     npz,
     parquet,
     rosbag,
+    sqlite,
     ulog,
     witmotion,
     workbook,
 )
+from levelhead.sources.formats.container import PACKED
 from levelhead.sources.hints import Hints
 from levelhead.sources.table import Table
 from levelhead.track import Track
@@ -74,16 +76,16 @@ FORMATS = (
     ),
     Format(
         "MATLAB", (".mat",), matlab.tables, "formats (v7.3)", "MATLAB Mobile, research data",
-        "arrays, structures; v4 to v7.3", "timetables and other objects",
+        "arrays, structures and arrays of them; v4 to v7.3", "timetables and other objects",
     ),
     Format(
         "HDF5", (".h5", ".hdf5", ".nwb"), hdf5.tables, "formats", "APDM, NWB, research data",
-        "datasets of 1 or 2 dimensions", "compound types",
+        "datasets of 1 or 2 dimensions, compound types, rates of groups", "",
     ),
     Format("NumPy", (".npz", ".npy"), npz.tables, "", "levelhead simulate, research data", "arrays", "pickles, never"),
     Format(
-        "Parquet", (".parquet", ".pq"), parquet.tables, "formats",
-        "levelhead doctor --fix, data lakes", "columns, structures",
+        "Parquet", (".parquet", ".pq", *parquet.ARROW), parquet.tables, "formats",
+        "levelhead doctor --fix, data lakes, Feather", "columns, structures, lists of 3 or 4 numbers",
     ),
     Format(
         "ROS bag", (".bag", ".db3", ".mcap"), rosbag.tables, "ros", "ROS 1 and 2",
@@ -118,12 +120,16 @@ FORMATS = (
         "analog channels; markers by `levelhead joint` and `compare --truth`", "rotations, events, force plates",
     ),
     Format(
+        "SQLite", (".sqlite", ".sqlite3", ".db"), sqlite.tables, "", "loggers on phones and small computers",
+        "a table of numbers, or one for each sensor", "views",
+    ),
+    Format(
         "workbook", (".xlsx", ".xls", ".ods"), workbook.tables, "formats", "phyphox, spreadsheets",
         "one table per sheet", "formulas without values",
     ),
 )  # fmt: skip
 BY_SUFFIX = {suffix: kind for kind in reversed(FORMATS) for suffix in kind.suffixes}  # of several the first
-CONTAINERS = (".zip", ".gz")
+CONTAINERS = (".zip", *PACKED)
 
 
 def find_format(suffix: str, head: bytes) -> Format | None:

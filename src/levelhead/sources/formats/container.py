@@ -1,12 +1,14 @@
-"""Containers of a recording's files: a file, a folder, a zip, a file packed with gzip."""
+"""Containers of a recording's files: a file, a folder, a zip, a packed file."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from importlib import import_module
 from pathlib import Path
 from typing import IO, NamedTuple
 
 from levelhead.errors import LevelheadError
 
+PACKED = {".gz": "gzip", ".bz2": "bz2", ".xz": "lzma"}  # modules whose ``open`` unpacks
 MAX_FILES = 400
 MAX_BYTES = 4 << 30  # unpacked, of all members together
 MAX_RATIO = 300  # unpacked to packed, of one member of 1 MiB or more: beyond it is a bomb
@@ -35,11 +37,11 @@ def members(path: Path, suffixes: frozenset[str]) -> Iterator[list[Member]]:
 
         with tempfile.TemporaryDirectory(prefix="levelhead-") as folder:
             yield _unzip(path, Path(folder), suffixes)
-    elif path.suffix.lower() == ".gz":
+    elif path.suffix.lower() in PACKED:
         import tempfile
 
         with tempfile.TemporaryDirectory(prefix="levelhead-") as folder:
-            yield [_gunzip(path, Path(folder))]
+            yield [_unpack(path, Path(folder))]
     else:
         yield [Member(path, path.stem, str(path))]
 
@@ -93,15 +95,18 @@ def _unzip(path: Path, folder: Path, suffixes: frozenset[str]) -> list[Member]:
     return found
 
 
-def _gunzip(path: Path, folder: Path) -> Member:
-    import gzip
-
+def _unpack(path: Path, folder: Path) -> Member:
+    module = PACKED[path.suffix.lower()]
     target = folder / f"0{Path(path.stem).suffix.lower() or '.txt'}"
     try:
-        with gzip.open(path) as packed, open(target, "wb") as file:
-            _copy(packed, file, MAX_BYTES, path)  # type: ignore[arg-type]
-    except (OSError, EOFError) as error:
-        raise LevelheadError(f"{path} is not packed with gzip, or it is damaged") from error
+        unpacker = import_module(module)
+    except ImportError:
+        raise LevelheadError(f"{path}: this Python was built without {module}; unpack the file first") from None
+    try:
+        with unpacker.open(path) as packed, open(target, "wb") as file:
+            _copy(packed, file, MAX_BYTES, path)
+    except (OSError, EOFError, getattr(unpacker, "LZMAError", EOFError)) as error:
+        raise LevelheadError(f"{path} is not packed with {path.suffix[1:]}, or it is damaged") from error
     return Member(target, Path(path.stem).stem, str(path))
 
 

@@ -13,7 +13,7 @@ from levelhead.sources.table import ArrayTable
 
 
 def hdf5(path: str | os.PathLike[str], display_path: str | None = None) -> ArrayTable:
-    """The datasets of an HDF5 file as columns; an attribute "unit" or "units" counts.
+    """The datasets of an HDF5 file as columns; an attribute "unit" or "units" counts, and a rate of a group.
 
     Raises:
         LevelheadError: h5py is not installed; truncated, damaged, or no HDF5 at all.
@@ -26,11 +26,22 @@ def hdf5(path: str | os.PathLike[str], display_path: str | None = None) -> Array
     arrays: JsonObject = {}
     units: dict[str, str] = {}
     texts: list[str] = []
+    items: dict[str, list[str]] = {}
     made_by_matlab = False
 
     def visit(name: str, item: Untyped) -> None:
         nonlocal made_by_matlab
-        if not isinstance(item, h5py.Dataset) or name.startswith("#") or item.ndim > 2 or item.dtype.kind not in "iufb":
+        if not isinstance(item, h5py.Dataset):
+            arrays.update(_rates(name, item.attrs))
+            return
+        if item.dtype.names and item.ndim == 1:  # a table, as PyTables writes them
+            arrays.update(
+                {field if field not in arrays else f"{name}/{field}": item[field] for field in item.dtype.names}
+            )
+            return
+        if name.endswith("_items") and item.dtype.kind in "SO":  # names beside a matrix: pandas
+            items[name.removesuffix("_items")] = [_text(one) for one in item[()].tolist()]
+        if name.startswith("#") or item.ndim > 2 or item.dtype.kind not in "iufb":
             return
         matlab_class = _text(item.attrs.get("MATLAB_class"))
         made_by_matlab |= bool(matlab_class)
@@ -48,12 +59,23 @@ def hdf5(path: str | os.PathLike[str], display_path: str | None = None) -> Array
 
     try:
         with h5py.File(path, "r") as file:
+            arrays |= _rates("", file.attrs)
             file.visititems(visit)
     except MemoryError:
         raise
     except Exception as error:  # h5py raises many kinds for a damaged file
         raise LevelheadError(f"{source} is not an HDF5 file, or it is truncated or damaged") from error
+    for block, names in items.items():
+        if (matrix := arrays.get(f"{block}_values")) is not None and matrix.shape[1:] == (len(names),):
+            arrays |= {name: matrix[:, i] for i, name in enumerate(names)}
+            del arrays[f"{block}_values"]
     return tabulate(source, arrays, "\n".join(texts), units, made_by_matlab)
+
+
+def _rates(group: str, attributes: Untyped) -> JsonObject:
+    """The numbers among the attributes of a group that may be its rate."""
+    found = {f"{group}.{name}": np.asarray(value) for name, value in attributes.items()}
+    return {name: value for name, value in found.items() if value.size == 1 and value.dtype.kind in "iuf"}
 
 
 def _text(value: Untyped) -> str:

@@ -74,8 +74,18 @@ def _flatten(name: str, value: Any, arrays: JsonObject, texts: list[str]) -> Non
     elif value.dtype.names and value.size == 1:
         for field in value.dtype.names:
             _flatten(f"{name}.{field}", value.reshape(-1)[0][field], arrays, texts)
+    elif value.dtype.names:
+        arrays |= {f"{name}.{field}": rows for field in value.dtype.names if (rows := _stack(value[field])) is not None}
     elif not value.dtype.names:
         arrays[name] = value
+
+
+def _stack(cells: Any) -> Any:
+    """(n, k) numbers of a field of n structures; None if it is not k numbers in each."""
+    rows = [np.asarray(cell).reshape(-1) for cell in cells.reshape(-1)]
+    if len({row.shape for row in rows}) != 1 or any(row.dtype.kind not in "iuf" for row in rows):
+        return None
+    return np.stack(rows)
 
 
 def check_tags(raw: bytes) -> None:

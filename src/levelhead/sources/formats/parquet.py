@@ -1,4 +1,4 @@
-"""Parquet, by pyarrow."""
+"""Parquet, Feather and Arrow's own files, by pyarrow."""
 
 import os
 from pathlib import Path
@@ -10,9 +10,12 @@ from levelhead.open_types import JsonObject, Untyped
 from levelhead.sources.hints import Hints
 from levelhead.sources.table import ArrayTable
 
+ARROW = (".feather", ".arrow")
+AXES = {3: "xyz", 4: "wxyz"}
+
 
 def parquet(path: str | os.PathLike[str], display_path: str | None = None) -> ArrayTable:
-    """The columns of a Parquet file; structures become columns with a dot in their name.
+    """The columns of a file of Arrow or Parquet; those of structures and vectors have a dot in their name.
 
     Raises:
         LevelheadError: pyarrow is not installed; damaged file; no numbers in it.
@@ -21,14 +24,18 @@ def parquet(path: str | os.PathLike[str], display_path: str | None = None) -> Ar
     try:
         import pyarrow as pa
         import pyarrow.parquet as pq
+        from pyarrow import feather
     except ImportError:
         raise LevelheadError(
             f"{source} is Parquet; reading it needs pyarrow: pip install 'levelhead[formats]'"
         ) from None
     try:
-        table = pq.ParquetFile(path).read()
+        is_arrow = Path(source).suffix.lower() in ARROW
+        table = feather.read_table(path) if is_arrow else pq.ParquetFile(path).read()
     except (pa.ArrowException, OSError, ValueError) as error:
-        raise LevelheadError(f"{source} is not a Parquet file or it is damaged") from error
+        raise LevelheadError(
+            f"{source} is not {'an Arrow' if is_arrow else 'a Parquet'} file or it is damaged"
+        ) from error
     arrays, rows = columns_of(table, source), table.num_rows
     del table
     pa.default_memory_pool().release_unused()
@@ -50,6 +57,10 @@ def columns_of(table: Untyped, source: str) -> JsonObject:
     while any(pa.types.is_struct(field.type) for field in table.schema):
         table = table.flatten()
     arrays: JsonObject = {}
+    for i in reversed(range(table.num_columns)):
+        if (vectors := _vectors(table.column(i))) is not None:
+            name, table = table.schema[i].name, table.remove_column(i)
+            arrays |= {f"{name}.{axis}": vectors[:, k] for k, axis in enumerate(AXES[vectors.shape[1]])}
     for field, column in zip(table.schema, table.columns, strict=True):
         name, values = field.name, column
         if pa.types.is_timestamp(field.type) or pa.types.is_duration(field.type):
@@ -61,6 +72,21 @@ def columns_of(table: Untyped, source: str) -> JsonObject:
     return arrays
 
 
+def _vectors(column: Untyped) -> Untyped:
+    """(n, 3) or (n, 4) numbers of a column of lists; None for any other column."""
+    import pyarrow as pa
+    import pyarrow.compute as pc
+
+    kind = column.type
+    is_list = pa.types.is_list(kind) or pa.types.is_large_list(kind) or pa.types.is_fixed_size_list(kind)
+    if not is_list or not (pa.types.is_floating(kind.value_type) or pa.types.is_integer(kind.value_type)):
+        return None
+    flat = column.combine_chunks().flatten().to_numpy(zero_copy_only=False)
+    size = len(flat) // max(len(column), 1)
+    lengths = {size} if pa.types.is_fixed_size_list(kind) else set(pc.list_value_length(column).unique().to_pylist())
+    return flat.reshape(-1, size) if lengths == {size} and size in AXES else None
+
+
 def tables(path: Path, display_path: str, hints: Hints) -> list[ArrayTable]:
-    """The one table of a Parquet file."""
+    """The one table of such a file."""
     return [parquet(path, display_path)]

@@ -3,6 +3,7 @@
 import math
 import re
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -64,7 +65,20 @@ def name_columns(table: Table, hints: Hints) -> Table:
     """
     if table.unnamed:
         return table if {"gyr", "acc"} <= set(hints.map) else name_by_numbers(table, hints)
+    bare = _bare_matrix(table)
+    if bare is not None and not any(name in table.names for names in hints.map.values() for name in names):
+        return bare if {"gyr", "acc"} <= set(hints.map) else name_by_numbers(bare, hints)
     return table if hints.map else rates_of_increments(table) or _matrix(table) or table
+
+
+def _bare_matrix(table: Table) -> ArrayTable | None:
+    """A table that holds nothing but one matrix, its columns by their numbers; None if it holds something else."""
+    known = [understand(name) for name in table.names] if isinstance(table, ArrayTable) else []
+    whole = len(known) > _MATRIX_WIDTH and all(not name.role and _OF_MATRIX.fullmatch(name.raw) for name in known)
+    if not whole or len({name.raw.rpartition("[")[0] for name in known}) > 1:
+        return None
+    assert isinstance(table, ArrayTable)
+    return replace(table, arrays={str(i + 1): column for i, column in enumerate(table.arrays.values())})
 
 
 def _matrix(table: Table) -> ArrayTable | None:

@@ -61,7 +61,9 @@ class TextTable:
             self.conclusions.append(Conclusion("file.decimal", "comma", ",", Basis.NUMBERS))
         if self.layout.torn:
             self.conclusions.append(Conclusion("file.lines", "before_header", self.layout.torn, Basis.NUMBERS))
-        self.conclusions += [one for one in (self.layout.remark, self.layout.encoding.conclusion) if one is not None]
+        self.conclusions += [
+            one for one in (self.layout.remark, self.layout.encoding.conclusion, self.file.zeros) if one is not None
+        ]
         self._left_out: dict[int, str] = {}  # number of a line, and why
 
     def read(self, wanted: Sequence[int], exact: frozenset[int] = frozenset()) -> dict[int, Column]:
@@ -169,7 +171,7 @@ def _pieces(file: TextFile) -> Iterator[str]:
     rest = b""
     with open(file.path, "rb") as stream:
         stream.seek(file.encoding.skip)
-        while raw := stream.read(_BLOCK):
+        while raw := stream.read(min(_BLOCK, file.end - stream.tell())):
             end = raw.rfind(b"\n")
             if end < 0:
                 rest += raw

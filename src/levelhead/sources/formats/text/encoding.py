@@ -36,7 +36,7 @@ def find_encoding(head: bytes, source: str) -> Encoding:
     for mark, name in MARKS:
         if head.startswith(mark):
             return Encoding(name, len(mark))
-    if b"\0" in head:
+    if b"\0" in head.rstrip(b"\0"):  # a recorder that lost power leaves zeros at the end
         for name, zeros in (("utf-16-le", head[1::2]), ("utf-16-be", head[0::2])):
             if len(zeros) > 8 and zeros.count(0) > 0.9 * len(zeros):
                 return Encoding(name, 0, Conclusion("file.encoding", "zero_bytes", name, Basis.NUMBERS))

@@ -6,6 +6,7 @@ from functools import cached_property
 from pathlib import Path
 
 from levelhead.errors import LevelheadError
+from levelhead.sources.conclusions import Basis, Conclusion
 from levelhead.sources.formats.text.cells import is_comment, lines_of
 from levelhead.sources.formats.text.encoding import Encoding, find_encoding
 
@@ -22,6 +23,7 @@ class TextFile:
         encoding: how the bytes are text.
         head: the whole lines at its start.
         unwrapped: the text, where its lines were unwrapped in memory; None: that of ``path``.
+        end: bytes before the zeros at its end, which a recorder leaves that loses power.
     """
 
     path: Path
@@ -29,6 +31,7 @@ class TextFile:
     encoding: Encoding
     head: tuple[str, ...]
     unwrapped: str | None = None
+    end: int = 0
 
     @cached_property
     def content(self) -> list[str]:
@@ -44,7 +47,13 @@ class TextFile:
         """All of the text."""
         if self.unwrapped is not None:
             return self.unwrapped
-        return self.path.read_bytes()[self.encoding.skip :].decode(self.encoding.name, "replace")
+        return self.path.read_bytes()[self.encoding.skip : self.end].decode(self.encoding.name, "replace")
+
+    @property
+    def zeros(self) -> Conclusion | None:
+        """The zeros at its end, if there are any."""
+        count = os.path.getsize(self.path) - self.end
+        return Conclusion("file.lines", "zeros", count, Basis.NUMBERS) if count else None
 
     def lines(self) -> list[str]:
         """All lines of the text."""
@@ -75,12 +84,26 @@ def open_text(path: str | os.PathLike[str], display_path: str | None = None) -> 
         cut = len(head) == HEAD and bool(file.read(1))
     _require_text(head, display_path)
     encoding = find_encoding(head, display_path)
-    lines = lines_of(head[encoding.skip :].decode(encoding.name, "replace"))
-    if cut:
+    end = os.path.getsize(path) if encoding.name.startswith("utf-16") else _find_end(path)
+    lines = lines_of(head[encoding.skip : end].decode(encoding.name, "replace"))
+    if cut and end > len(head):
         lines.pop()
     if not lines:
         raise LevelheadError(f"{display_path} is not a text file with columns; expected lines of numbers")
-    return TextFile(Path(path), display_path, encoding, tuple(lines))
+    return TextFile(Path(path), display_path, encoding, tuple(lines), end=end)
+
+
+def _find_end(path: str | os.PathLike[str]) -> int:
+    """The bytes of a file before the zeros at its end."""
+    end = os.path.getsize(path)
+    with open(path, "rb") as file:
+        while end > 0:
+            begin = max(0, end - HEAD)
+            file.seek(begin)
+            if left := len(file.read(end - begin).rstrip(b"\0")):
+                return begin + left
+            end = begin
+    return end
 
 
 def _require_text(text: str | bytes, display_path: str) -> None:
