@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from levelhead.errors import LevelheadError, require
 from levelhead.open_types import JsonObject
@@ -80,7 +81,7 @@ def _flatten(name: str, value: Any, arrays: JsonObject, texts: list[str]) -> Non
         arrays[name] = value
 
 
-def _stack(cells: Any) -> Any:
+def _stack(cells: NDArray[np.object_]) -> NDArray[np.number] | None:
     """(n, k) numbers of a field of n structures; None if it is not k numbers in each."""
     rows = [np.asarray(cell).reshape(-1) for cell in cells.reshape(-1)]
     if len({row.shape for row in rows}) != 1 or any(row.dtype.kind not in "iuf" for row in rows):
