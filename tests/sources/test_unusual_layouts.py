@@ -260,6 +260,35 @@ def test_one_name_over_three_columns(tmp_path: Path, hand: Recording) -> None:
     check(lh.read(tmp_path / "merged.csv"), hand)
 
 
+@pytest.mark.parametrize(("name", "scale"), [("dt", 1.0), ("dt", 1e3), ("dt_ms", 1e3), ("Delta Time (us)", 1e6)])
+def test_the_sum_of_intervals_is_the_clock(tmp_path: Path, hand: Recording, name: str, scale: float) -> None:
+    dt = scale * np.diff(hand.t, prepend=hand.t[0] - 0.01)
+    rows = np.column_stack([dt, hand.acc, hand.gyr])
+    np.savetxt(tmp_path / "dt.csv", rows, "%.6f", ",", header=f"{name},ax,ay,az,gx,gy,gz", comments="")
+    read = lh.read(tmp_path / "dt.csv")
+    check(read, hand)
+    np.testing.assert_allclose(read.t - read.t[0], hand.t - hand.t[0], atol=1e-3)
+    assert lh.read(tmp_path / "dt.csv", rate=50.0).rate == pytest.approx(50.0)
+
+
+def test_the_minus_of_the_north(tmp_path: Path, hand: Recording) -> None:
+    """Programs in Swedish or Norwegian write U+2212 before a number."""
+    lines = [";".join(f"{x:.5f}" for x in row) for row in np.column_stack([hand.t, hand.acc, hand.gyr])]
+    text = "\n".join(["t;ax;ay;az;gx;gy;gz", *lines]).replace("-", "\u2212").replace(".", ",")
+    (tmp_path / "log.csv").write_text(text, encoding="utf-8")
+    check(lh.read(tmp_path / "log.csv"), hand)
+
+
+def test_noise_of_a_port_before_the_first_line(tmp_path: Path, hand: Recording) -> None:
+    rows = "\n".join(",".join(f"{x:.5f}" for x in row) for row in np.column_stack([hand.t, hand.acc, hand.gyr]))
+    path = tmp_path / "log.csv"
+    path.write_bytes(b"\x00\xff\xfe\x12boot\r\n" + f"t,ax,ay,az,gx,gy,gz\n{rows}\n".encode())
+    check(lh.read(path), hand)
+    path.write_bytes(np.random.default_rng(0).bytes(5_000))
+    with pytest.raises(lh.LevelheadError, match="not a text file"):
+        lh.read(path)
+
+
 def test_names_of_linux_iio(tmp_path: Path, hand: Recording) -> None:
     """Channels of Linux's industrial I/O: Documentation/ABI/testing/sysfs-bus-iio."""
     names = [f"{channel}_{axis}" for channel in ("in_accel", "in_anglvel") for axis in "xyz"]

@@ -193,6 +193,7 @@ SENTENCES: Mapping[tuple[str, str], Template] = {
     ("t.column", "most_even"): (
         "time: '{value}' is the most even of {count} columns with time in their name, not {rest}"
     ),
+    ("t.column", "intervals"): "time: the sum of '{value}', the interval of each row",
     ("t.column", "even"): "time: '{value}' goes on evenly, as a clock does",
     ("t.column", "even_at_rate"): (
         "time: '{value}' goes on evenly, as a clock does, and gravity turns as the gyroscope does at its rate: a guess"

@@ -16,7 +16,7 @@ from levelhead.sources.conclusions import Basis, Conclusion
 from levelhead.sources.hints import MEANING, Hints
 from levelhead.sources.interpret.converter_counts import with_sensors
 from levelhead.sources.interpret.counts import ACC
-from levelhead.sources.interpret.increments import rates_of_increments
+from levelhead.sources.interpret.increments import clock_of_intervals, rates_of_increments
 from levelhead.sources.interpret.stamp_unit import guess_unit
 from levelhead.sources.names.column_name import understand
 from levelhead.sources.table import ArrayTable, Column, Table, stack, words_of
@@ -65,10 +65,14 @@ def name_columns(table: Table, hints: Hints) -> Table:
     """
     if table.unnamed:
         return table if {"gyr", "acc"} <= set(hints.map) else name_by_numbers(table, hints)
+    if not hints.map and (rates := rates_of_increments(table)) is not None:
+        return rates
+    if "t" not in hints.map and hints.rate is None:
+        table = clock_of_intervals(table) or table
     bare = _bare_matrix(table)
     if bare is not None and not any(name in table.names for names in hints.map.values() for name in names):
         return bare if {"gyr", "acc"} <= set(hints.map) else name_by_numbers(bare, hints)
-    return table if hints.map else rates_of_increments(table) or _matrix(table) or table
+    return table if hints.map else _matrix(table) or table
 
 
 def _bare_matrix(table: Table) -> ArrayTable | None:

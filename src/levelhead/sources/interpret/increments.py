@@ -1,6 +1,7 @@
-"""Angles and velocities gained since the row before, as strapdown firmware logs them: rates and forces by division."""
+"""Angles, velocities and time gained since the row before: rates and forces by division, a clock by the sum."""
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -9,7 +10,7 @@ from levelhead import units
 from levelhead.recording import Array, median
 from levelhead.sources.conclusions import Basis, Conclusion
 from levelhead.sources.interpret.stamp_unit import guess_unit
-from levelhead.sources.names.column_name import name_increment, understand
+from levelhead.sources.names.column_name import name_increment, understand, unit_in
 from levelhead.sources.table import ArrayTable, Column, Table, in_memory, words_of
 
 _UNIT = {"gyr": "rad/s", "acc": "m/s²"}
@@ -53,6 +54,24 @@ def rates_of_increments(table: Table) -> ArrayTable | None:
         table.source, {**kept, **rates}, rate=table.rate, conclusions=[*table.conclusions, conclusion],
         context=table.context, origin=[*table.origin, *table.names],
     )  # fmt: skip
+
+
+def clock_of_intervals(table: Table) -> ArrayTable | None:
+    """The table with the sum of its intervals ("dt") as clock; None where it has a clock, or no such column."""
+    names = table.names
+    found = [i for i, name in enumerate(names) if name_increment(name) == ("t", "dt")]
+    if len(found) != 1 or any(understand(name).role == "t" for name in names) or words_of(table):
+        return None
+    interval = np.nan_to_num(table.read(found)[found[0]].astype(np.float64))
+    if not median(interval) > 0.0 or (interval < 0.0).any():
+        return None
+    rest = in_memory(table, "")
+    name = names[found[0]]
+    unit = unit_in(name, "t", table.source)
+    title = f"time [{unit}]" if unit else "time"
+    arrays = {title: np.cumsum(interval)} | {one: column for one, column in rest.arrays.items() if one != name}
+    conclusion = Conclusion("t.column", "intervals", name, Basis.HEADER)
+    return replace(rest, arrays=arrays, conclusions=[*table.conclusions, conclusion], column_units={})
 
 
 def _axes(gained: Mapping[int, tuple[str, str]], role: str) -> list[int]:

@@ -98,9 +98,10 @@ def name_increment(raw: str) -> tuple[str, str]:
 
     The axis is "dt" for the interval over which it was gained, of sensor "t" if both have the same one.
     """
-    label = "".join(split(raw))
-    if label in INTERVALS:
-        return INTERVALS[label], "dt"
+    label = "".join(words := split(raw))
+    interval = label if label in INTERVALS else "".join(_time_unit(words)[0])  # dt_ms
+    if interval in INTERVALS:
+        return INTERVALS[interval], "dt"
     sensor = INCREMENTS.get(label[:-1], "")
     return (sensor, label[-1]) if sensor and label[-1] in "xyz012" else ("", "")
 

@@ -40,11 +40,12 @@ def is_comment(line: str) -> bool:
 
 def lines_of(text: str) -> list[str]:
     """Lines as a text editor counts them."""
-    return unify_breaks(text).split("\n")
+    return unify(text).split("\n")
 
 
-def unify_breaks(text: str) -> str:
-    """The text with one kind of line break."""
+def unify(text: str) -> str:
+    """The text with one kind of line break, and one kind of minus (U+2212 in the numbers of the north of Europe)."""
+    text = text.replace("\u2212", "-") if "\u2212" in text else text
     return text.replace("\r\n", "\n").replace("\r", "\n") if "\r" in text else text
 
 

@@ -11,7 +11,7 @@ from levelhead.errors import LevelheadError
 from levelhead.open_types import Untyped
 from levelhead.recording import Array
 from levelhead.sources.conclusions import Basis, Conclusion
-from levelhead.sources.formats.text.cells import MISSING, cells, is_comment, lines_of, unify_breaks
+from levelhead.sources.formats.text.cells import MISSING, cells, is_comment, lines_of, unify
 from levelhead.sources.formats.text.dates import NS, nanoseconds, over_midnight
 from levelhead.sources.formats.text.file import TextFile
 from levelhead.sources.formats.text.layout import Layout, layout_of
@@ -155,7 +155,7 @@ def blocks(file: TextFile, first: int) -> Iterator[tuple[int, str]]:
     """(number of its first line, text) for pieces of whole lines; the ``first`` lines of the file are left out."""
     line = 1
     for piece in _pieces(file):
-        text = unify_breaks(piece)
+        text = unify(piece)
         count = text.count("\n") + 1
         drop = max(0, first + 1 - line)
         if drop < count:

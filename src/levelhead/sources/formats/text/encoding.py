@@ -10,6 +10,7 @@ from levelhead.sources.conclusions import Basis, Conclusion
 MARKS = ((codecs.BOM_UTF8, "utf-8"), (codecs.BOM_UTF16_LE, "utf-16-le"), (codecs.BOM_UTF16_BE, "utf-16-be"))
 _DEGREES = (("gb18030", b"\xa1\xe3"), ("cp949", b"\xa1\xc6/"), ("cp932", b"\x81\x8b/"))  # "°", "°/" of the east
 MIN_LETTERS = 40  # letters beyond ASCII, below which a language is unclear
+NOISE = 200  # bytes before the first line of a log of a serial port
 GUESS_BYTES = 1 << 16  # bytes from which a code page is guessed
 
 
@@ -40,12 +41,20 @@ def find_encoding(head: bytes, source: str) -> Encoding:
         for name, zeros in (("utf-16-le", head[1::2]), ("utf-16-be", head[0::2])):
             if len(zeros) > 8 and zeros.count(0) > 0.9 * len(zeros):
                 return Encoding(name, 0, Conclusion("file.encoding", "zero_bytes", name, Basis.NUMBERS))
-        raise LevelheadError(f"{source} is not a text file with columns; expected lines of numbers")
+        if not _is_mostly_text(head):
+            raise LevelheadError(f"{source} is not a text file with columns; expected lines of numbers")
+        return Encoding("utf-8")
     try:
         codecs.getincrementaldecoder("utf-8")().decode(head)
     except UnicodeDecodeError:
         return _code_page(head)
     return Encoding("utf-8")
+
+
+def _is_mostly_text(head: bytes) -> bool:
+    """Whether zeros stand in the first line only, in the noise of a port before the first words of a board."""
+    start, _, rest = head.partition(b"\n")
+    return b"\0" not in rest.rstrip(b"\0") and len(start) < NOISE and rest.isascii()
 
 
 def _code_page(head: bytes) -> Encoding:
