@@ -295,3 +295,18 @@ def test_names_of_linux_iio(tmp_path: Path, hand: Recording) -> None:
     rows = np.column_stack([1e9 * hand.t, hand.acc, hand.gyr])
     np.savetxt(tmp_path / "iio.csv", rows, "%.6f", ",", header=",".join(["timestamp", *names]), comments="")
     check(lh.read(tmp_path / "iio.csv"), hand)
+
+
+def test_a_sensor_in_a_file_of_its_own(tmp_path: Path, hand: Recording) -> None:
+    """The file of one sensor alone leads to the folder of both, which is read."""
+    for name, unit, values in (
+        ("Accelerometer", "g", hand.acc / GRAVITY),
+        ("Gyroscope", "deg/s", np.degrees(hand.gyr)),
+    ):
+        header = ",".join(["elapsed (s)", *(f"{axis}-axis ({unit})" for axis in "xyz")])
+        rows = np.column_stack([hand.t, values])
+        np.savetxt(tmp_path / f"MetaWear_{name}.csv", rows, "%.7f", ",", header=header, comments="")
+    for name, other in (("Accelerometer", "gyroscope"), ("Gyroscope", "accelerometer")):
+        with pytest.raises(lh.LevelheadError, match=f"no {other} among.*put both into one folder, and give the folder"):
+            lh.read(tmp_path / f"MetaWear_{name}.csv")
+    check(lh.read(tmp_path), hand)

@@ -26,11 +26,15 @@ def suggest(error: LevelheadError, table: Table, hints: Hints) -> LevelheadError
     """The error, with a map of columns that look like a gyroscope and an accelerometer, if there are such.
 
     Gravity's length and its turn against the rates determine them, as in a file without a header. Names need not be
-    known.
+    known. A file of one sensor gets the way to read it beside the other.
     """
     known = [understand(name, table.context) for name in table.names]
     wanted = [i for i in range(len(table.names)) if i not in words_of(table)][:MAX_COLUMNS]
-    if isinstance(error, NeedsHints) or not _is_open(table, hints, known, wanted):
+    if isinstance(error, NeedsHints):
+        return error
+    if not hints.map and sorted(name.axis for name in known if name.axis) == ["x", "y", "z"]:
+        return LevelheadError(f"{error}; if another file holds it, put both into one folder, and give the folder")
+    if not _is_open(table, hints, known, wanted):
         return error
     try:
         columns = table.read(wanted)
