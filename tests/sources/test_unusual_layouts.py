@@ -297,6 +297,17 @@ def test_names_of_linux_iio(tmp_path: Path, hand: Recording) -> None:
     check(lh.read(tmp_path / "iio.csv"), hand)
 
 
+def test_seconds_and_microseconds_without_names(tmp_path: Path, hand: Recording) -> None:
+    """REALDISP's logs: two columns of a clock before more than 64 others, and no names."""
+    microseconds = np.rint(1e6 * (hand.t - hand.t[0])).astype(int)
+    more = np.random.default_rng(0).normal(0.0, 1.0, (len(hand), 80))
+    rows = np.column_stack([1000 + microseconds // 1_000_000, microseconds % 1_000_000, hand.acc, hand.gyr, more])
+    np.savetxt(tmp_path / "subject.log", rows, ["%d", "%d", *["%.6f"] * 86], "\t")
+    read = lh.read(tmp_path / "subject.log")
+    check(read, hand)
+    np.testing.assert_allclose(read.t - read.t[0], hand.t - hand.t[0], atol=1e-6)
+
+
 def test_a_sensor_in_a_file_of_its_own(tmp_path: Path, hand: Recording) -> None:
     """The file of one sensor alone leads to the folder of both, which is read."""
     for name, unit, values in (

@@ -40,6 +40,7 @@ _ONE_SENSOR = {1: ["1"], 3: ["x", "y", "z"], 4: ["time", "x", "y", "z"]}
 _OF_MATRIX = re.compile(r".*\[\d+\]")  # data[0]: a column of a matrix
 _MATRIX_WIDTH = 6  # columns of two sensors
 _MAX_STACKED, _MIN_STACKED = 4, 20  # sensors whose rows take turns; samples that show it
+_FRACTIONS = {"nanosec": 1e-9, "usec": 1e-6}  # of a second
 Triple = tuple[int, ...]
 
 
@@ -51,6 +52,13 @@ class Guess(NamedTuple):
     gyr: tuple[int, ...]
     mag: tuple[int, ...]
     user: tuple[int, ...] = ()  # acceleration without the gravity that ``acc`` holds alone
+
+
+class SplitClock(NamedTuple):
+    """The position of whole seconds, and the unit of the fraction in the column behind it."""
+
+    seconds: int
+    unit: str
 
 
 def name_columns(table: Table, hints: Hints) -> Table:
@@ -103,32 +111,32 @@ def name_by_numbers(table: Table, hints: Hints) -> ArrayTable:
     positions = [i for i in range(width) if i not in words_of(table)][:_MAX_COLUMNS]
     if width == len(_AXES) and (stacked := _stacked_rows(table)) is not None:
         return stacked
-    if width in _ONE_SENSOR or width > _MAX_COLUMNS:
+    if width in _ONE_SENSOR:
         return _one_sensor(table, list(range(width)))
     columns = table.read(positions, frozenset(positions))
     values = _side_by_side(columns, width)
     stamps = table.column_units
-    whole_seconds = _join_split_clock(values)
-    guess, step = _guess_levels_or_increments(values, sorted(stamps) if whole_seconds is None else [whole_seconds])
+    split = _join_split_clock(values)
+    guess, step = _guess_levels_or_increments(values, sorted(stamps) if split is None else [split.seconds])
     if not guess.acc or not guess.gyr:
         varying = [i for i in positions if i in stamps or _varies(values[:, i])]
         return _single_varying_sensor(table, varying, guess, values)
-    return _named_table(table, hints, columns, guess, step, whole_seconds)
+    return _named_table(table, hints, columns, guess, step, split)
 
 
 def _named_table(
-    table: Table, hints: Hints, columns: dict[int, Column], guess: Guess, step: float, whole_seconds: int | None
+    table: Table, hints: Hints, columns: dict[int, Column], guess: Guess, step: float, split: SplitClock | None
 ) -> ArrayTable:
     """The columns by names that show the guess."""
     positions, stamps = list(columns), table.column_units
     if step > 0.0:  # angles and velocities gained since the row before
         columns |= {i: columns[i] / step for i in (*guess.acc, *guess.gyr)}
-    named = _names(guess, whole_seconds, hints)
+    named = _names(guess, split, hints)
     titles = {position: name for name, position in named.items()}
     arrays = {titles.get(i, str(i + 1)): columns[i] for i in positions}
     units = {k: "ns" for k, i in enumerate(positions) if i in stamps}
     facts = {"listed": _listed(guess), "step": step}
-    as_hints = _as_hints(guess) if step == 0.0 and whole_seconds is None and not guess.user else {}
+    as_hints = _as_hints(guess) if step == 0.0 and split is None and not guess.user else {}
     found = [*table.conclusions, Conclusion("columns", "by_numbers", named, Basis.GUESS, facts, as_hints)]
     return ArrayTable(table.source, arrays, rate=table.rate, conclusions=found, column_units=units)
 
@@ -205,11 +213,11 @@ def _guess_levels_or_increments(values: Array, stamps: Sequence[int]) -> tuple[G
     return (increments, step) if increments.acc and increments.gyr else (guess, step)
 
 
-def _names(guess: Guess, whole_seconds: int | None, hints: Hints) -> dict[str, int]:
+def _names(guess: Guess, split: SplitClock | None, hints: Hints) -> dict[str, int]:
     """Names that show the guess, to their positions; a role that a hint maps keeps its columns' numbers."""
     named: dict[str, int] = {} if guess.t is None else {"t": guess.t}
-    if whole_seconds is not None:
-        named = {"stamp.sec": whole_seconds, "stamp.nanosec": whole_seconds + 1}
+    if split is not None:
+        named = {"stamp.sec": split.seconds, f"stamp.{split.unit}": split.seconds + 1}
     words = {"gyr": guess.gyr, "acc": guess.user or guess.acc, "mag": guess.mag}
     if guess.user and not hints.map:
         words = {"gravity": guess.acc, "gyr": guess.gyr, "userAcceleration": guess.user, "mag": guess.mag}
@@ -400,27 +408,25 @@ def _user_acceleration(values: Array, gravity: Triple, triples: Sequence[Triple]
     return ()
 
 
-def _join_split_clock(values: Array) -> int | None:
-    """Adds nanoseconds to the whole seconds in the column before them, as ROS writes stamps.
-
-    The position of the seconds; None: there is no such clock.
-    """
+def _join_split_clock(values: Array) -> SplitClock | None:
+    """Adds the fraction of a second to the whole seconds in the column before it, as ROS writes stamps."""
     for i in range(min(3, values.shape[1] - 1)):
-        if _is_split_clock(values[:, i], values[:, i + 1]):
-            values[:, i] += 1e-9 * values[:, i + 1]
-            values[:, i + 1] = 0.0
-            return i
+        for unit, size in _FRACTIONS.items():
+            if _is_split_clock(values[:, i], values[:, i + 1], size):
+                values[:, i] += size * values[:, i + 1]
+                values[:, i + 1] = 0.0
+                return SplitClock(i, unit)
     return None
 
 
-def _is_split_clock(whole: Array, rest: Array) -> bool:
-    """Whether one column holds whole seconds and the other nanoseconds."""
+def _is_split_clock(whole: Array, rest: Array, size: float) -> bool:
+    """Whether one column holds whole seconds and the other numbers of ``size`` seconds."""
     steps = np.diff(whole)
     if len(whole) < 20 or not (np.isfinite(whole) & np.isfinite(rest)).all() or (steps < 0).any() or not steps.any():
         return False
-    if not (rest.min() >= 0 and 1e6 < rest.max() < 1e9 and (rest == np.rint(rest)).all()):
+    if not (rest.min() >= 0 and 1e-3 < size * rest.max() < 1.0 and (rest == np.rint(rest)).all()):
         return False
-    return bool((whole == np.rint(whole)).all()) and bool((np.diff(whole + 1e-9 * rest) >= 0).all())
+    return bool((whole == np.rint(whole)).all()) and bool((np.diff(whole + size * rest) >= 0).all())
 
 
 def _gyroscope(values: Array, t: Array, acc: Triple, triples: Sequence[Triple]) -> Triple:

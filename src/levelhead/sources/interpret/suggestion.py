@@ -16,6 +16,7 @@ from levelhead.sources.table import Table, stack, words_of
 
 MAX_COLUMNS = 64  # columns that are looked at
 ROWS = 20_000
+AXES = ("x", "y", "z")
 _AWAY = 2.0  # mean of rates over their spread, from which they are none
 _MOVED = 0.03  # spread of the force over its length, from which the sensor does not rest
 _TURNING, _SOME = 0.1, 0.2  # turn of the force that must show in the rates; correlation that shows it
@@ -32,7 +33,8 @@ def suggest(error: LevelheadError, table: Table, hints: Hints) -> LevelheadError
     wanted = [i for i in range(len(table.names)) if i not in words_of(table)][:MAX_COLUMNS]
     if isinstance(error, NeedsHints):
         return error
-    if not hints.map and sorted(name.axis for name in known if name.axis) == ["x", "y", "z"]:
+    axes = sorted(name.axis or name.raw.lower() for name in known if name.axis or name.raw.lower() in AXES)
+    if not hints.map and axes == list(AXES):
         return LevelheadError(f"{error}; if another file holds it, put both into one folder, and give the folder")
     if not _is_open(table, hints, known, wanted):
         return error
