@@ -253,6 +253,9 @@ def test_the_rate_of_a_group_in_hdf5(tmp_path: Path, hand: Recording) -> None:
         file.attrs["Sample Rate"] = 100.0
         file["gyr"], file["acc"] = hand.gyr, hand.acc
     check_hand(tmp_path / "log.h5", hand)
+    with h5py.File(tmp_path / "log.h5", "a") as file:
+        file.create_group("emg").attrs["rate"] = 2000.0
+    assert "--rate" in refused(tmp_path / "log.h5")  # two rates, and nothing shows whose they are
 
 
 def test_an_array_of_structures_in_matlab(tmp_path: Path, hand: Recording) -> None:

@@ -183,6 +183,12 @@ def test_zeros_at_the_end_are_left_out(tmp_path: Path, zeros: int, torn: str) ->
     assert f"the {zeros} zero bytes at the end are left out" in " ".join(recording.meta["notes"])
 
 
+def test_a_file_of_zeros_is_empty(tmp_path: Path) -> None:
+    path = log(tmp_path)
+    path.write_bytes(bytes(10_000))
+    assert "log.csv is empty" in refused(path)
+
+
 @pytest.mark.parametrize("packed", ["bz2", "lzma"])
 def test_packed_text(tmp_path: Path, packed: str) -> None:
     suffix, module = {"bz2": ".bz2", "lzma": ".xz"}[packed], importlib.import_module(packed)

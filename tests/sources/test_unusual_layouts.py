@@ -184,6 +184,10 @@ PRINTED = {
     "gyro x:{g[0]:.5f} y:{g[1]:.5f} z:{g[2]:.5f}",
     "logcat": "05-01 12:00:{t:06.3f}  4321  4330 D SensorTest: ACC,{a[0]:.4f},{a[1]:.4f},{a[2]:.4f}\n"
     "05-01 12:00:{t:06.3f}  4321  4330 D SensorTest: GYR,{g[0]:.5f},{g[1]:.5f},{g[2]:.5f}",
+    "logcat -v time": "05-01 12:00:{t:06.3f} D/Sensors( 4321): ax={a[0]:.4f} ay={a[1]:.4f} az={a[2]:.4f} "
+    "gx={g[0]:.5f} gy={g[1]:.5f} gz={g[2]:.5f}",
+    "bars behind a clock": "12:00:{t:06.3f} | {a[0]:.4f} | {a[1]:.4f} | {a[2]:.4f} | "
+    "{g[0]:.5f} | {g[1]:.5f} | {g[2]:.5f}",
     "NSLog": "2026-05-01 12:00:{t:09.6f}+0200 App[12:34] acc: {a[0]:.4f} {a[1]:.4f} {a[2]:.4f} "
     "gyro: {g[0]:.5f} {g[1]:.5f} {g[2]:.5f}",
     "mosquitto_sub": 'home/imu {{"ts": {t:.3f}, "accel": {{"x": {a[0]:.4f}, "y": {a[1]:.4f}, "z": {a[2]:.4f}}}, '

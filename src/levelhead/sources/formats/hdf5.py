@@ -1,13 +1,14 @@
 """HDF5, which MATLAB files of version 7.3 are too."""
 
 import os
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from levelhead.errors import LevelheadError
 from levelhead.open_types import JsonObject, Untyped
-from levelhead.sources.formats.named_arrays import tabulate
+from levelhead.sources.formats.named_arrays import rate_of, tabulate
 from levelhead.sources.hints import Hints
 from levelhead.sources.table import ArrayTable
 
@@ -27,12 +28,13 @@ def hdf5(path: str | os.PathLike[str], display_path: str | None = None) -> Array
     units: dict[str, str] = {}
     texts: list[str] = []
     items: dict[str, list[str]] = {}
+    rates: set[float] = set()  # of the groups; of several none
     made_by_matlab = False
 
     def visit(name: str, item: Untyped) -> None:
         nonlocal made_by_matlab
         if not isinstance(item, h5py.Dataset):
-            arrays.update(_rates(name, item.attrs))
+            rates.update(_rates(source, item.attrs))
             return
         if item.dtype.names and item.ndim == 1:  # a table, as PyTables writes them
             arrays.update(
@@ -59,7 +61,7 @@ def hdf5(path: str | os.PathLike[str], display_path: str | None = None) -> Array
 
     try:
         with h5py.File(path, "r") as file:
-            arrays |= _rates("", file.attrs)
+            rates |= _rates(source, file.attrs)
             file.visititems(visit)
     except MemoryError:
         raise
@@ -69,13 +71,16 @@ def hdf5(path: str | os.PathLike[str], display_path: str | None = None) -> Array
         if (matrix := arrays.get(f"{block}_values")) is not None and matrix.shape[1:] == (len(names),):
             arrays |= {name: matrix[:, i] for i, name in enumerate(names)}
             del arrays[f"{block}_values"]
-    return tabulate(source, arrays, "\n".join(texts), units, made_by_matlab)
+    table = tabulate(source, arrays, "\n".join(texts), units, made_by_matlab)
+    return table if table.rate is not None or len(rates) != 1 else replace(table, rate=rates.pop())
 
 
-def _rates(group: str, attributes: Untyped) -> JsonObject:
-    """The numbers among the attributes of a group that may be its rate."""
-    found = {f"{group}.{name}": np.asarray(value) for name, value in attributes.items()}
-    return {name: value for name, value in found.items() if value.size == 1 and value.dtype.kind in "iuf"}
+def _rates(source: str, attributes: Untyped) -> set[float]:
+    """The rates in Hz among the attributes of a group."""
+    found = {name: np.asarray(value) for name, value in attributes.items()}
+    plain = {name: value.item() for name, value in found.items() if value.size == 1 and value.dtype.kind in "iuf"}
+    rates = (rate_of(source, name, value) for name, value in plain.items() if value > 0.0)
+    return {rate for rate in rates if rate is not None}
 
 
 def _text(value: Untyped) -> str:

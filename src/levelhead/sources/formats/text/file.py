@@ -82,7 +82,7 @@ def open_text(path: str | os.PathLike[str], display_path: str | None = None) -> 
     with open(path, "rb") as file:
         head = file.read(HEAD)
         cut = len(head) == HEAD and bool(file.read(1))
-    _require_text(head, display_path)
+    _require_text(head.rstrip(b"\0"), display_path)
     encoding = find_encoding(head, display_path)
     end = os.path.getsize(path) if encoding.name.startswith("utf-16") else _find_end(path)
     lines = lines_of(head[encoding.skip : end].decode(encoding.name, "replace"))

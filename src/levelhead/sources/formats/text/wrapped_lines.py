@@ -3,7 +3,7 @@
 import re
 from collections import Counter
 from collections.abc import Callable, Sequence
-from functools import cache
+from functools import lru_cache
 from typing import NamedTuple
 
 from levelhead import units
@@ -20,7 +20,10 @@ _MIN_OPEN = 0.3  # of the lines, that open or close a quoted cell and not both
 _MIN_NUMBERS = 6  # of a gyroscope and an accelerometer
 _MIN_UNITS = 6  # cells of a line that hold a unit
 _COLOUR = re.compile(r"\x1b\[[\d;]*m")  # of a terminal
-_TAG = r"(?:[^\s,;={}\"]+\s+){0,6}?[^\s,;={}\"]*[-:>|\]]\s"  # "node: ", "host app[1]: ", "<inf> main: ", "INFO | "
+_PLAIN = r"[^\s,;={}\"]"
+_TAG = (  # "-> ", or words of which the last is no number: "host app[1]: ", "<inf> main: ", "D/Tag( 12): ", "INFO | "
+    rf"(?:-?>|(?:{_PLAIN}+\s+){{0,6}}?{_PLAIN}*[A-Za-z_)\]]{_PLAIN}*\s*[-:>|\]]+)\s"
+)
 _TAGS = re.compile(rf"\s*{_TAG}\s*")
 _STAMPED = re.compile(
     rf"""^\s* (?:\[[A-Za-z][\w.-]*\]\s*)*                               # a node, a level
@@ -182,7 +185,7 @@ def _is_label(tag: str, rest: str) -> bool:
     return _names_sensor(tag) or (tag[-1] == ":" and rest[:1] in "+-.0123456789" and _LABEL.search(rest) is not None)
 
 
-@cache
+@lru_cache(maxsize=1000)
 def _names_sensor(tag: str) -> bool:
     words = re.split(r"[\s/:]+", tag)
     return any(understand(name).role for word in words if word for name in (word, f"{word} x"))
