@@ -26,11 +26,11 @@ import levelhead as lh
 COMMAND = {  # they have no time, or no known names
     "x_imu_packets", "adafruit_sensor", "sparkfun_icm20948", "mpu6050_words", "vectornav_ascii", "unknown_names",
     "motion_sense", "uci_hapt", "usc_had", "career_con", "esense", "razor_ahrs",
-    "minimu9_raw", "motion_cal", "nano33_bursts", "delta_time_column", "mhealth",
+    "minimu9_raw", "motion_cal", "nano33_bursts", "mhealth",
     "rotation_letters", "words_and_triples",
-    "unit_in_the_word", "numpy_array",
+    "unit_in_the_word",
     "packet_numbers", "header_with_time_rows_without", "xsens_look_alike", "kalibr_imu", "colons_and_semicolons",
-    "a_line_for_each_sensor", "bars_between_sensors", "delta_time_only", "matlab_one_matrix", "two_delimiters",
+    "a_line_for_each_sensor", "bars_between_sensors", "two_delimiters",
     "state_rows", "no_time_but_position", "tabs_without_time", "comments_and_rates", "clock_in_pieces",
     "sentences_for_axes",
     "along_across_through", "underlined_header", "misspelt_axis", "value_of_each", "axis_lines_with_units",
@@ -46,10 +46,11 @@ GUESS = {
     "witmotion_chinese",
     *("russian_table", "pamap2", "shl", "oxiod", "kaist_urban", "nclt", "ros2_echo_csv", "livox_text", "gps_time_ms"),
     "two_boards_numbered",
-    *("hololens", "zurich_mav", "ranges_in_columns", "korean_degrees", "esp_log_units_in_names"),
+    *("hololens", "zurich_mav", "ranges_in_columns", "korean_degrees"),
     *("text_book_recording", "increments", "matlab_two_clocks", "data_and_times_apart", "quaternion_first_no_names"),
-    *("clock_for_a_name", "strings_in_json", "whole_mg_and_mrad"),
+    "whole_mg_and_mrad",
     *("sentences_with_checksums", "tuples_in_tuples", "labview_measurement"),
+    *("numpy_array", "matlab_one_matrix"),
 }  # physics; code page
 
 

@@ -21,7 +21,6 @@ STRANGERS |= {"clock_before_date": "guess"}
 
 INSTRUMENTS = {name: "command" for name in ("stray_scanner", "vn_ascii")}
 INSTRUMENTS |= {name: "guess" for name in ("cats_tag", "nicla_ble", "joycon_counts", "dataframe_multi")}
-INSTRUMENTS |= {"android_logcat": "nowhere"}  # the date and the process before each word are numbers without a name
 
 
 @pytest.fixture(scope="module")

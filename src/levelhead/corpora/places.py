@@ -23,7 +23,7 @@ IMU = "mav0/imu0/data.csv"  # in a recording as EuRoC and TUM-VI lay it out
 BAG = "metadata.yaml"  # in the folder of a ROS 2 bag
 SUFFIXES = frozenset((*BY_SUFFIX, *CONTAINERS))
 LISTS = re.compile(  # names of files about recordings that are not recordings
-    r"(trials|index|problems|manifest|metadata|datapackage|dataset_description)\.json|(readme|licen[cs]e)\.txt",
+    r"(trials|index|problems|manifest|metadata|datapackage|dataset_description)\.json|(readme|licen[cs]e)\.txt|thumbs\.db",
     re.IGNORECASE,
 )
 SHOWN = 5  # of these, in a sentence

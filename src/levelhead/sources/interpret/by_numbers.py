@@ -34,6 +34,7 @@ _MAX_SPREAD = 0.25  # median deviation of the length of gravity from its median,
 _MAX_UNIT_SPREAD = 2e-4  # a length that constant is a unit vector's: a row of a rotation matrix, a quaternion's part
 _ROUNDING = 2e-5  # of a quaternion with six digits; noise of a sensor that reads 1 g is larger
 _MIN_CORRELATION = 0.5  # of gravity's turn with the gyroscope's
+_CLEAR_SHARE = 0.8  # of the best correlation, from which another rate is as good
 _MIN_TURN = 0.03  # of gravity, rad
 _AXES = "xyz"
 _ONE_SENSOR = {1: ["1"], 3: ["x", "y", "z"], 4: ["time", "x", "y", "z"]}
@@ -267,17 +268,26 @@ def guess_columns(values: Array, stamps: Sequence[int] = ()) -> Guess:
     candidates = _by_gravity(values, triples, 0 if t is None else t + 1)
     seconds = np.arange(len(values)) / 100.0 if t is None else _seconds(values[:, t])
     ordered = _less_steady_first(values, candidates[:_MAX_CANDIDATES])
-    apart = {acc: list(_apart(triples, acc)) for acc in ordered}
-    turning = {acc: _turning(values, seconds, acc, apart[acc]) for acc in ordered}
-    _, gyr = max(turning.values(), default=(0.0, ()))  # the rate of all that turn: a field, another accelerometer
-    beside = ((acc, _beside(values, acc, apart[acc])) for acc in ordered)
-    pairs = ((acc, gyr) for acc in ordered if gyr == turning[acc][1]) if gyr else beside
-    acc, gyr = next((pair for pair in pairs if pair[1]), ((), ()))
+    acc, gyr = _find_pair(values, seconds, ordered, triples)
     if gyr:
         rest = list(_apart(triples, (*acc, *gyr)))
         user = _user_acceleration(values, acc, rest) if acc in directions else ()
         return Guess(t, acc, gyr, _magnetometer(values, user or acc, gyr, triples), user)
     return Guess(t, candidates[0] if candidates else (), (), ())
+
+
+def _find_pair(
+    values: Array, seconds: Array, candidates: Sequence[Triple], triples: Sequence[Triple]
+) -> tuple[Triple, Triple]:
+    """(accelerometer, gyroscope): the candidate that turns with other columns, or has some beside it; else ((), ())."""
+    apart = {acc: list(_apart(triples, acc)) for acc in candidates}
+    turning = {acc: _turning(values, seconds, acc, apart[acc]) for acc in candidates}
+    best, rate = max(turning.values(), default=(0.0, ()))  # of all that turns: a field, another accelerometer
+    for acc, (correlation, gyr) in turning.items():
+        if gyr and (gyr == rate or correlation > _CLEAR_SHARE * best):
+            return acc, gyr
+    beside = ((acc, _beside(values, acc, apart[acc])) for acc in candidates)
+    return next((pair for pair in beside if pair[1]), ((), ()))
 
 
 def _sensor_columns(values: Array, t: int | None, stamps: Sequence[int]) -> set[int]:

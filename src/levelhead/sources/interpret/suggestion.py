@@ -33,8 +33,7 @@ def suggest(error: LevelheadError, table: Table, hints: Hints) -> LevelheadError
     wanted = [i for i in range(len(table.names)) if i not in words_of(table)][:MAX_COLUMNS]
     if isinstance(error, NeedsHints):
         return error
-    axes = sorted(name.axis or name.raw.lower() for name in known if name.axis or name.raw.lower() in AXES)
-    if not hints.map and axes == list(AXES):
+    if not hints.map and _is_one_sensor([known[i] for i in wanted]):
         return LevelheadError(f"{error}; if another file holds it, put both into one folder, and give the folder")
     if not _is_open(table, hints, known, wanted):
         return error
@@ -52,6 +51,12 @@ def suggest(error: LevelheadError, table: Table, hints: Hints) -> LevelheadError
         roles["t"] = (guess.t,)
     found = {role: [table.names[wanted[k]] for k in positions] for role, positions in roles.items()}
     return NeedsHints(f"{error}; {words} {_name_columns(found)} look like it", map=found)
+
+
+def _is_one_sensor(known: Sequence[Name]) -> bool:
+    """Whether there are three axes, and no three columns besides that may be others."""
+    axes = [name.axis or name.raw.lower() for name in known if name.role != "t"]
+    return sorted(axis for axis in axes if axis in AXES) == list(AXES) and len(axes) < 6
 
 
 def _likely_roles(

@@ -159,17 +159,22 @@ def _without_stamps(lines: Sequence[str]) -> str | None:
     matches = [match for line in lines if (match := _STAMPED.match(line))]
     found = [(match["clock"] or match["s"] or match["ms"], _without_tag(match)) for match in matches]
     name = "time_ms" if matches[-1]["ms"] else "time"
-    if not looks_labelled([rest for _, rest in found[1:40]]):
+    if not _are_labelled(found):
         marked = [(clock, _WORD.sub(r"\1: ", rest)) for clock, rest in found]
-        found = marked if looks_labelled([rest for _, rest in marked[1:40]]) else found
+        found = marked if _are_labelled(marked) else found
     if found[-1][1].startswith("{"):
         objects = [(clock, rest.strip()[1:]) for clock, rest in found if rest.startswith("{")]
         return "\n".join(f'{{"{_ROW_TIME[name]}": {_count(clock)}, {rest}' for clock, rest in objects)
-    if looks_labelled([rest for _, rest in found[1:40]]):
+    if _are_labelled(found):
         return "\n".join(
             f"{_ROW_TIME[name]}: {_count(clock)} {_AROUND.sub(' ', rest)}" for clock, rest in found if parse(rest)
         )
     return "\n".join(_clock_cell(clock, rest, name) + rest for clock, rest in found)
+
+
+def _are_labelled(found: Sequence[tuple[str, str]]) -> bool:
+    """Whether texts behind stamps have a word before each number."""
+    return looks_labelled([rest for _, rest in found[1:40]])
 
 
 def _without_tag(stamped: re.Match[str]) -> str:
