@@ -27,7 +27,7 @@ def test_a_folder_and_a_damaged_file(logs, tmp_path, capsys):
     assert sorted(path.name for path in out.iterdir()) == ["flight1-track.csv", "flight2-track.csv"]
     lines = said.out.splitlines()
     assert [line.split()[1] for line in lines[1:4]] == ["failed", "Mahony", "Mahony"]
-    assert said.err.startswith("levelhead: 1 of 3 logs failed:") and "broken.csv" in said.err
+    assert said.err.startswith("levelhead: 1 of 3 logs failed:") and said.err.count("broken.csv") == 1
     assert len(said.err.splitlines()) == 2
 
 

@@ -124,7 +124,7 @@ def fuse_logs(given: Sequence[Path], arguments: FuseArguments, smooth: bool) -> 
         with suppress(NeedsWholeLog):
             fuse_long_log(logs[0], options)
             return
-    done = _fuse_one(logs[0], logs[0].stem, options)
+    done = _fuse_one(_read(logs[0], options), logs[0].stem, options)
     if options.as_json:
         print_json(_facts(done, options))
     else:
@@ -217,12 +217,11 @@ def fuse_several(
     failed, said = list[str](), list[JsonObject]()
     rows: list[Row] = []
     for log, name, own in zip(logs, names, each or [options] * len(logs), strict=True):
-        try:
-            done = _fuse_one(log, name, own)
-        except (LevelheadError, OSError) as error:
-            failed.append(f"{log}: {' '.join(str(error).split())}")
+        done = _fuse_or_explain(log, name, own)
+        if isinstance(done, str):
+            failed.append(done)
             rows.append({"log": str(log), "filter": "failed", "samples": None, "seconds": None, "error": None})
-            said.append({"log": str(log), "error": str(error)})
+            said.append({"log": str(log), "error": done})
             continue
         row: Row = {
             "log": str(log) if each is None else name,
@@ -266,11 +265,22 @@ def _read(log: Path, options: FuseOptions) -> "Recording":
     return recording
 
 
-def _fuse_one(log: Path, name: str, options: FuseOptions) -> FusionResult:
-    """Reads, fuses and writes one log."""
+def _fuse_or_explain(log: Path, name: str, options: FuseOptions) -> FusionResult | str:
+    """One log of several, or the sentence that explains its failure and names it, as those of the reader do."""
+    try:
+        recording = _read(log, options)
+    except (LevelheadError, OSError) as error:
+        return " ".join(str(error).split())
+    try:
+        return _fuse_one(recording, name, options)
+    except (LevelheadError, OSError) as error:
+        return f"{log}: {' '.join(str(error).split())}"
+
+
+def _fuse_one(recording: "Recording", name: str, options: FuseOptions) -> FusionResult:
+    """Fuses and writes one recording."""
     from levelhead.publish.progress import progress
 
-    recording = _read(log, options)
     options = options.at_place(recording)
     params, guard = options.params, options.guard
     if "live" in recording.meta and not options.named:
