@@ -275,6 +275,18 @@ def test_the_sum_of_intervals_is_the_clock(tmp_path: Path, hand: Recording, name
     assert lh.read(tmp_path / "dt.csv", rate=50.0).rate == pytest.approx(50.0)
 
 
+@pytest.mark.parametrize(("sign", "quote"), [(",", '"'), ("'", ""), ("\u202f", "")])
+def test_digits_in_groups_of_three(tmp_path: Path, hand: Recording, sign: str, quote: str) -> None:
+    """Milliseconds as spreadsheets show them: 1,234.5 in quotes, 1'234.5, 1 234.5."""
+    stamps = [f"{quote}{1e3 * t:,.1f}{quote}".replace(",", sign) for t in hand.t - hand.t[0]]
+    rest = [",".join(f"{x:.5f}" for x in row) for row in np.hstack([hand.acc, hand.gyr])]
+    lines = ["time_ms,ax,ay,az,gx,gy,gz", *(f"{t},{row}" for t, row in zip(stamps, rest, strict=True))]
+    (tmp_path / "log.csv").write_text("\n".join(lines), encoding="utf-8")
+    read = lh.read(tmp_path / "log.csv")
+    check(read, hand)
+    np.testing.assert_allclose(read.t - read.t[0], hand.t - hand.t[0], atol=1e-3)
+
+
 def test_the_minus_of_the_north(tmp_path: Path, hand: Recording) -> None:
     """Programs in Swedish or Norwegian write U+2212 before a number."""
     lines = [";".join(f"{x:.5f}" for x in row) for row in np.column_stack([hand.t, hand.acc, hand.gyr])]

@@ -1,6 +1,7 @@
 """Text files of numbers: CSV, TSV, semicolons with decimal commas, columns by white space."""
 
 import math
+import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cached_property
 
@@ -18,6 +19,7 @@ from levelhead.sources.formats.text.layout import Layout, layout_of
 from levelhead.sources.formats.text.number_rows import number_rows
 from levelhead.sources.table import Column
 
+_GROUPED = re.compile(r"\s*[-+]?\d{1,3}(?:([,'’ \u00a0\u202f])\d{3})(?:\1\d{3})*(?:\.\d+)?\s*$")  # 1,000.5
 _BLOCK = 1 << 19  # bytes read at a time: their lines stay in the processor's cache
 BIG = 8 << 20  # bytes from which pyarrow is worth its import
 TORN_SHARE = 0.01  # of the lines, at most, that may be torn and are left out
@@ -292,7 +294,8 @@ class _Rows:
             if "_" not in cell:
                 return float(cell)
         except ValueError:
-            pass
+            if _GROUPED.match(cell):
+                return float(re.sub(r"[,'’\s]", "", cell))
         if cell.strip().lower() not in MISSING:
             self.bad.setdefault(row, (i, cell.strip()))
         return math.nan
