@@ -256,6 +256,15 @@ def test_a_rate_beside_the_samples_of_json(
     assert read.rate == pytest.approx(hand.rate, rel=1e-3)
 
 
+def test_stamps_outrank_a_number_beside_them(tmp_path: Path, hand: Recording) -> None:
+    """The frequency of a radio is no rate of samples that have stamps."""
+    content = {"frequency": 868, "t": hand.t.tolist(), "acc": hand.acc.tolist(), "gyr": hand.gyr.tolist()}
+    (tmp_path / "log.json").write_text(json.dumps(content), encoding="utf-8")
+    read = lh.read(tmp_path / "log.json")
+    check(read, hand)
+    assert read.rate == pytest.approx(hand.rate, rel=1e-3)
+
+
 def test_one_name_over_three_columns(tmp_path: Path, hand: Recording) -> None:
     """A name in merged cells of a spreadsheet."""
     header = "time;acc;;;gyro;;\ns;m/s²;m/s²;m/s²;rad/s;rad/s;rad/s"

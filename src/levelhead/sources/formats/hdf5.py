@@ -1,14 +1,13 @@
 """HDF5, which MATLAB files of version 7.3 are too."""
 
 import os
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from levelhead.errors import LevelheadError
 from levelhead.open_types import JsonObject, Untyped
-from levelhead.sources.formats.named_arrays import rate_of, tabulate
+from levelhead.sources.formats.named_arrays import rate_of, tabulate, with_rate
 from levelhead.sources.hints import Hints
 from levelhead.sources.table import ArrayTable
 
@@ -72,7 +71,7 @@ def hdf5(path: str | os.PathLike[str], display_path: str | None = None) -> Array
             arrays |= {name: matrix[:, i] for i, name in enumerate(names)}
             del arrays[f"{block}_values"]
     table = tabulate(source, arrays, "\n".join(texts), units, made_by_matlab)
-    return table if table.rate is not None or len(rates) != 1 else replace(table, rate=rates.pop())
+    return with_rate(table, rates.pop() if len(rates) == 1 else None)
 
 
 def _rates(source: str, attributes: Untyped) -> set[float]:

@@ -15,7 +15,7 @@ import numpy as np
 from levelhead.errors import LevelheadError
 from levelhead.open_types import JsonObject
 from levelhead.sources.conclusions import Basis, Conclusion
-from levelhead.sources.formats.named_arrays import rate_of
+from levelhead.sources.formats.named_arrays import rate_of, with_rate
 from levelhead.sources.formats.text.cells import is_comment, is_number, lines_of
 from levelhead.sources.formats.text.dates import is_stamp, nanoseconds
 from levelhead.sources.formats.text.file import TextFile
@@ -228,7 +228,7 @@ def _walk(node: Any, name: str, source: str, depth: int) -> Iterator[ArrayTable]
         table = _named_rows(node, name, source) or _keyed_columns(node, name, source) or _columns(node, name, source)
         found = [table] if table is not None else _member_tables(node, name, source, depth)
         rate = _rate_beside(node, source)
-        yield from (replace(one, rate=one.rate or rate) for one in found)
+        yield from (with_rate(one, rate) for one in found)
 
 
 def _rate_beside(node: JsonObject, source: str) -> float | None:

@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -43,6 +44,12 @@ def tabulate(
     if not columns:
         raise LevelheadError(f"{source} holds no arrays of numbers; expected such as gyr (n, 3), acc (n, 3) and t (n,)")
     return ArrayTable(source, columns, dict(_SAYS_UNIT.findall(info)), rate)
+
+
+def with_rate(table: ArrayTable, rate: float | None) -> ArrayTable:
+    """The table with a rate that stands beside it; stamps outrank it, since it may be of something else (a radio)."""
+    is_timed = table.rate is not None or any(understand(name, table.context).role == "t" for name in table.names)
+    return table if is_timed else replace(table, rate=rate)
 
 
 def by_length(table: ArrayTable) -> list[ArrayTable]:

@@ -14,7 +14,7 @@ from levelhead.sources.names.column_name import understand
 _RATE = re.compile(
     r"(?:sampl\w*|update|output|data|logging|odr|imu)[ _-]*(?:rate|freq\w*)?\W{0,12}?(\d+(?:\.\d+)?)\s*hz"
     r"|(?:sampl\w*|update|output|data|logging)[ _-]*(?:rate|freq\w*)[^\d\n]{0,16}?(\d+(?:\.\d+)?)"
-    r"|(?:^|\W)(?:rate|fs|freq\w*)\s*[:=]\s*(\d+(?:\.\d+)?)",
+    r"|(?:^|\W)(?:rate|fs)\s*[:=]\s*(\d+(?:\.\d+)?)",
     re.IGNORECASE,
 )
 _DEVICES = re.compile(r"^Devices,*\n(\d+(?:\.\d+)?),*$", re.MULTILINE)  # Vicon Nexus: the rate below
