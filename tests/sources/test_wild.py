@@ -23,7 +23,7 @@ REFUSED = {
     "iso_time_pair": "gravity removed", "bno055_text_nogyro.txt": "no gyroscope",
     "boat_bno085_nogyro.csv": "no gyroscope", "gsa_cansat_decimalcomma.csv": "too few samples",
 }  # fmt: skip
-COMMAND = {"mpu_noheadertime_gdps.csv", "zupt_noheader_mps2.csv"}
+COMMAND = {"mpu_noheadertime_gdps.csv", "zupt_noheader_mps2.csv", "uci_har"}
 
 
 @pytest.fixture(scope="module")

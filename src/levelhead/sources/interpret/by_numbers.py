@@ -119,6 +119,8 @@ def name_by_numbers(table: Table, hints: Hints) -> ArrayTable:
     stamps = table.column_units
     split = _join_split_clock(values)
     guess, step = _guess_levels_or_increments(values, sorted(stamps) if split is None else [split.seconds])
+    if width > _MAX_COLUMNS and guess.t is None:  # each row is a window of one sensor, perhaps
+        return _one_sensor(table, list(range(width)))
     if not guess.acc or not guess.gyr:
         varying = [i for i in positions if i in stamps or _varies(values[:, i])]
         return _single_varying_sensor(table, varying, guess, values)
