@@ -189,6 +189,14 @@ def test_a_file_of_zeros_is_empty(tmp_path: Path) -> None:
     assert "log.csv is empty" in refused(path)
 
 
+def test_zeros_behind_words_before_numbers(tmp_path: Path) -> None:
+    path = log(tmp_path, *(f"t: {0.01 * k:.2f} gx=0.1 gy=0.2 gz=0.3 ax=0.1 ay=0.2 az=9.8" for k in range(500)))
+    path.write_bytes(path.read_bytes() + bytes(5_000))
+    recording = read(path)
+    assert len(recording) == 500
+    assert "the 5000 zero bytes at the end are left out" in " ".join(recording.meta["notes"])
+
+
 @pytest.mark.parametrize("packed", ["bz2", "lzma"])
 def test_packed_text(tmp_path: Path, packed: str) -> None:
     suffix, module = {"bz2": ".bz2", "lzma": ".xz"}[packed], importlib.import_module(packed)

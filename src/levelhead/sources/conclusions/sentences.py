@@ -120,7 +120,7 @@ SENTENCES: Mapping[tuple[str, str], Template] = {
     ("file.decimal", "comma"): "numbers are written with a decimal comma",
     ("file.lines", "before_header"): _before_header,
     ("file.lines", "torn"): _torn,
-    ("file.lines", "zeros"): "the {value} zero bytes at the end are left out: the recorder lost power",
+    ("file.lines", "zeros"): "the {value} zero bytes at the end are left out; a recorder that loses power leaves such",
     ("file.lines", "cut_off"): "line {value} is cut off and was left out",
     ("file.header", "first_unnamed"): _CELLS + "the first has no name",
     ("file.header", "time_absent"): "a guess: " + _CELLS + "no line has '{value}'",

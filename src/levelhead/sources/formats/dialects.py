@@ -16,7 +16,7 @@ from levelhead.sources.formats.text import (
 )
 from levelhead.sources.formats.text.file import TextFile, open_text
 from levelhead.sources.hints import Hints
-from levelhead.sources.table import Table
+from levelhead.sources.table import Table, add_conclusion
 
 _BINARY = {
     b"\x89HDF\r\n\x1a\n": "HDF5 (.h5)", b"PK\x03\x04": "a ZIP archive (.zip, .npz, .xlsx)",
@@ -75,7 +75,9 @@ def tables(path: Path, display_path: str, hints: Hints) -> Sequence[Table]:
             raise LevelheadError(
                 f"{display_path} is named like text but is {what}; expected lines of numbers, or the right suffix"
             )
-    return sniff(open_text(path, display_path))
+    text = open_text(path, display_path)
+    found = sniff(text)
+    return found if text.zeros is None else [add_conclusion(table, text.zeros) for table in found]
 
 
 def sniff(file: TextFile) -> Sequence[Table]:

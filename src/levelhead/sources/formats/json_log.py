@@ -15,9 +15,9 @@ import numpy as np
 from levelhead.errors import LevelheadError
 from levelhead.open_types import JsonObject
 from levelhead.sources.conclusions import Basis, Conclusion
-from levelhead.sources.formats.named_arrays import rate_of, with_rate
-from levelhead.sources.formats.text.cells import is_comment, is_number, lines_of
-from levelhead.sources.formats.text.dates import is_stamp, nanoseconds
+from levelhead.sources.formats.named_arrays import VECTOR_AXES, rate_of, with_rate
+from levelhead.sources.formats.row_table import table_of_rows, to_numbers
+from levelhead.sources.formats.text.cells import is_comment, lines_of
 from levelhead.sources.formats.text.file import TextFile
 from levelhead.sources.hints import Hints
 from levelhead.sources.names.column_name import understand
@@ -30,7 +30,6 @@ _MIN_SERIES = 2  # lists of one length in an object that make it a batch
 _MIN_RATE, _MAX_RATE = 0.5, 1e5  # Hz
 _MAX_BYTES = 1 << 30
 _MAX_DEPTH = 8
-_VECTOR_AXES = {3: "xyz", 4: "wxyz"}  # by the numbers in a list that is one reading
 
 
 class Garbage(ValueError):
@@ -198,7 +197,7 @@ def _parts(given: JsonObject) -> Iterator[tuple[str, object]]:
     """Names and values in an object: those of lists by axis, those of objects by their path."""
     for name, value in given.items():
         if isinstance(value, list):
-            axes = _VECTOR_AXES.get(len(value), "xyz")
+            axes = VECTOR_AXES.get(len(value), "xyz")
             yield from ((f"{name}_{axis}", part) for axis, part in zip(axes, value, strict=False))
         elif isinstance(value, dict):
             yield from _leaves(value, f"{name}_")
@@ -246,7 +245,7 @@ def _list_tables(node: Sequence[Any], name: str, source: str, depth: int) -> Ite
     elif len(node) >= _MIN_SAMPLES and _is_matrix(node):
         width = len(node[0])
         titles = {3: list("xyz"), 4: ["time", *"xyz"]}.get(width, [str(i + 1) for i in range(width)])
-        columns = {title: _numbers([row[i] for row in node]) for i, title in enumerate(titles)}
+        columns = {title: to_numbers([row[i] for row in node]) for i, title in enumerate(titles)}
         yield ArrayTable(source, columns, context=name)
     else:
         for item in node[:100]:
@@ -294,7 +293,7 @@ def _columns(node: JsonObject, name: str, source: str) -> ArrayTable | None:
     longest = max(lengths, default=0)
     if longest < _MIN_SAMPLES or lengths.count(longest) < _MIN_COLUMNS:
         return None
-    columns = {key: _numbers(values) for key, values in flat.items() if len(values) == longest}
+    columns = {key: to_numbers(values) for key, values in flat.items() if len(values) == longest}
     return ArrayTable(source, columns, context=name)
 
 
@@ -321,7 +320,7 @@ def _keyed_columns(node: JsonObject, name: str, source: str) -> ArrayTable | Non
     keys = list(columns[0])
     if not all(key.isdigit() for key in keys) or any(list(column) != keys for column in columns):
         return None
-    arrays = {title: _numbers(list(column.values())) for title, column in node.items()}
+    arrays = {title: to_numbers(list(column.values())) for title, column in node.items()}
     return ArrayTable(source, arrays, context=name)
 
 
@@ -335,7 +334,7 @@ def _named_rows(node: JsonObject, name: str, source: str) -> ArrayTable | None:
         return None
     interval = node.get("interval_ms")
     rate = 1000.0 / interval if isinstance(interval, int | float) and interval > 0 else None
-    arrays = {title: _numbers([row[i] for row in values]) for i, title in enumerate(titles)}
+    arrays = {title: to_numbers([row[i] for row in values]) for i, title in enumerate(titles)}
     return ArrayTable(source, arrays, rate=rate, context=name)
 
 
@@ -358,37 +357,9 @@ def _object_tables(objects: Sequence[JsonObject], name: str, source: str) -> Ite
         groups.setdefault(str(item.get(key, "")) if key else name, []).append(item)
     for kind, rows in groups.items():
         if len(rows) >= _MIN_SAMPLES:
-            table = _row_table(rows, key, kind, source)
+            table = table_of_rows(rows, kind, source, {key})
             if table.arrays:
                 yield table
-
-
-def _row_table(rows: Sequence[JsonObject], key: str | None, kind: str, source: str) -> ArrayTable:
-    """Flat objects as columns: dates in ns, words as labels, numbers."""
-    arrays: JsonObject = {}
-    units: dict[int, str] = {}
-    labels: JsonObject = {}
-    for title in dict.fromkeys(title for row in rows for title in row if title != key):
-        column = [row.get(title) for row in rows]
-        if isinstance(column[0], str) and is_stamp(column[0]):
-            if (stamps := _stamps(column)) is not None:
-                units[len(arrays)] = "ns"
-                arrays[title] = stamps
-        elif all(isinstance(cell, str) and not is_number(cell, False) for cell in column):
-            labels[title] = np.array(column)
-        else:
-            values = _numbers(column)
-            if values.dtype.kind == "i" or not np.isnan(values).all():
-                arrays[title] = values
-    return ArrayTable(source, arrays, context=kind, column_units=units, labels=labels)
-
-
-def _stamps(column: Sequence[Any]) -> Any:
-    """(n,) int64 nanoseconds; None if some cell is not a date."""
-    try:
-        return np.array([nanoseconds(str(cell)) for cell in column], dtype=np.int64)
-    except ValueError:
-        return None
 
 
 def _samples(item: JsonObject) -> list[JsonObject]:
@@ -414,9 +385,9 @@ def _is_series(values: Sequence[Any]) -> bool:
         return False
     if all(isinstance(reading, dict) for reading in values):
         return all(isinstance(part, int | float) for reading in values for part in reading.values())
-    if all(isinstance(reading, list) and len(reading) in _VECTOR_AXES for reading in values):
+    if all(isinstance(reading, list) and len(reading) in VECTOR_AXES for reading in values):
         return True
-    return len(values) not in (1, *_VECTOR_AXES) and all(isinstance(reading, int | float) for reading in values)
+    return len(values) not in (1, *VECTOR_AXES) and all(isinstance(reading, int | float) for reading in values)
 
 
 def _pick(item: JsonObject, k: int, length: int) -> JsonObject:
@@ -434,37 +405,9 @@ def _flatten_object(item: JsonObject, prefix: str) -> JsonObject:
     for key, value in item.items():
         if isinstance(value, dict):
             found |= _flatten_object(value, f"{prefix}{key}_")
-        elif isinstance(value, list) and len(value) in _VECTOR_AXES:
-            axes = _VECTOR_AXES[len(value)]
+        elif isinstance(value, list) and len(value) in VECTOR_AXES:
+            axes = VECTOR_AXES[len(value)]
             found |= {f"{prefix}{key}_{axis}": part for axis, part in zip(axes, value, strict=True)}
         else:
             found[f"{prefix}{key}"] = value
     return found
-
-
-# Numbers.
-
-
-def _numbers(column: Sequence[Any]) -> Any:
-    """(n,) int64 if all are whole numbers, else float64 with NaN for other values; numbers in quotes count."""
-    texts = [item if not isinstance(item, str) else item.strip() for item in column]
-    try:
-        if all(map(_is_whole, texts)):
-            return np.array([int(item) for item in texts], dtype=np.int64)
-    except (OverflowError, ValueError):
-        pass
-    return np.array([_number(item) for item in texts])
-
-
-def _is_whole(item: object) -> bool:
-    if isinstance(item, str):
-        return item.lstrip("+-").isdigit()
-    return isinstance(item, int) and not isinstance(item, bool)
-
-
-def _number(item: object) -> float:
-    if isinstance(item, bool) or item is None:
-        return np.nan
-    if isinstance(item, int | float):
-        return float(item)
-    return float(item) if isinstance(item, str) and is_number(item, False) else np.nan

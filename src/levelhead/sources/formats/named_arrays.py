@@ -15,7 +15,7 @@ from levelhead.sources.table import ArrayTable
 _RATES = {"samplingrate", "samplerate", "samplingfrequency", "samplefrequency", "rate", "fs", "freq", "frequency", "hz"}
 _STEPS = {"dt", "sampleperiod", "samplingperiod", "ts", "sampletime", "deltat"}
 _SAYS_UNIT = re.compile(r"`(?:imu_)?(gyr|acc|mag)` in (\S+?)[,;.)]?(?=\s|$)")
-_LETTERS = {3: "xyz", 4: "wxyz"}
+VECTOR_AXES = {3: "xyz", 4: "wxyz"}  # by the numbers of one reading
 _MAX_COLUMNS = 64  # of a matrix
 
 
@@ -93,7 +93,7 @@ def _columns(name: str, array: NDArray[Any], unit: str | None, transposed: bool)
     if array.shape[1] == 4 and width != 4 and len(array) > 4 and (np.diff(array[:, 0]) > 0).all():  # time, x, y, z
         axes = {f"{name}.{letter}{suffix}": array[:, i + 1] for i, letter in enumerate("xyz")}
         return {"time": array[:, 0], **axes}
-    letters = _LETTERS.get(array.shape[1])
+    letters = VECTOR_AXES.get(array.shape[1])
     if letters is None:
         return {f"{name}[{i}]{suffix}": array[:, i] for i in range(min(array.shape[1], _MAX_COLUMNS))}
     return {f"{name}.{letter}{suffix}": array[:, i] for i, letter in enumerate(letters)}
@@ -104,4 +104,4 @@ def _has_samples_in_columns(array: NDArray[Any], width: int, transposed: bool) -
     rows, columns = array.shape
     if rows == width and (transposed or columns != width):
         return True
-    return (columns not in _LETTERS and rows in _LETTERS) or (rows <= 12 and columns > 10 * rows)
+    return (columns not in VECTOR_AXES and rows in VECTOR_AXES) or (rows <= 12 and columns > 10 * rows)

@@ -7,11 +7,11 @@ import numpy as np
 
 from levelhead.errors import LevelheadError
 from levelhead.open_types import JsonObject, Untyped
+from levelhead.sources.formats.named_arrays import VECTOR_AXES
 from levelhead.sources.hints import Hints
 from levelhead.sources.table import ArrayTable
 
 ARROW = (".feather", ".arrow")
-AXES = {3: "xyz", 4: "wxyz"}
 
 
 def parquet(path: str | os.PathLike[str], display_path: str | None = None) -> ArrayTable:
@@ -27,7 +27,7 @@ def parquet(path: str | os.PathLike[str], display_path: str | None = None) -> Ar
         from pyarrow import feather
     except ImportError:
         raise LevelheadError(
-            f"{source} is Parquet; reading it needs pyarrow: pip install 'levelhead[formats]'"
+            f"{source} is Parquet or Arrow; reading it needs pyarrow: pip install 'levelhead[formats]'"
         ) from None
     try:
         is_arrow = Path(source).suffix.lower() in ARROW
@@ -57,19 +57,26 @@ def columns_of(table: Untyped, source: str) -> JsonObject:
     while any(pa.types.is_struct(field.type) for field in table.schema):
         table = table.flatten()
     arrays: JsonObject = {}
-    for i in reversed(range(table.num_columns)):
-        if (vectors := _vectors(table.column(i))) is not None:
-            name, table = table.schema[i].name, table.remove_column(i)
-            arrays |= {f"{name}.{axis}": vectors[:, k] for k, axis in enumerate(AXES[vectors.shape[1]])}
     for field, column in zip(table.schema, table.columns, strict=True):
-        name, values = field.name, column
-        if pa.types.is_timestamp(field.type) or pa.types.is_duration(field.type):
-            name, values = f"{name} [{field.type.unit}]", column.cast(pa.int64())
-        if pa.types.is_integer(values.type) or pa.types.is_floating(values.type) or pa.types.is_boolean(values.type):
-            if name in arrays:
-                raise LevelheadError(f"{source}: two columns are named {name}; rename one of them")
-            arrays[name] = np.asarray(values.cast(pa.float64()) if values.null_count else values.to_numpy())
+        found = _numbers_of(field.name, column)
+        if twice := arrays.keys() & found.keys():
+            raise LevelheadError(f"{source}: two columns are named {min(twice)}; rename one of them")
+        arrays |= found
     return arrays
+
+
+def _numbers_of(name: str, column: Untyped) -> JsonObject:
+    """The numbers of a column by name: one for plain numbers and stamps, one for each axis of vectors, else none."""
+    import pyarrow as pa
+
+    if pa.types.is_timestamp(column.type) or pa.types.is_duration(column.type):
+        name, column = f"{name} [{column.type.unit}]", column.cast(pa.int64())
+    kind = column.type
+    if pa.types.is_integer(kind) or pa.types.is_floating(kind) or pa.types.is_boolean(kind):
+        return {name: np.asarray(column.cast(pa.float64()) if column.null_count else column.to_numpy())}
+    if (vectors := _vectors(column)) is None:
+        return {}
+    return {f"{name}.{axis}": vectors[:, k] for k, axis in enumerate(VECTOR_AXES[vectors.shape[1]])}
 
 
 def _vectors(column: Untyped) -> Untyped:
@@ -84,7 +91,7 @@ def _vectors(column: Untyped) -> Untyped:
     flat = column.combine_chunks().flatten().to_numpy(zero_copy_only=False)
     size = len(flat) // max(len(column), 1)
     lengths = {size} if pa.types.is_fixed_size_list(kind) else set(pc.list_value_length(column).unique().to_pylist())
-    return flat.reshape(-1, size) if lengths == {size} and size in AXES else None
+    return flat.reshape(-1, size) if lengths == {size} and size in VECTOR_AXES else None
 
 
 def tables(path: Path, display_path: str, hints: Hints) -> list[ArrayTable]:

@@ -86,11 +86,10 @@ def name_columns(table: Table, hints: Hints) -> Table:
 
 def _bare_matrix(table: Table) -> ArrayTable | None:
     """A table that holds nothing but one matrix, its columns by their numbers; None if it holds something else."""
-    known = [understand(name) for name in table.names] if isinstance(table, ArrayTable) else []
-    whole = len(known) > _MATRIX_WIDTH and all(not name.role and _OF_MATRIX.fullmatch(name.raw) for name in known)
-    if not whole or len({name.raw.rpartition("[")[0] for name in known}) > 1:
+    if not isinstance(table, ArrayTable) or len(table.names) <= _MATRIX_WIDTH:
         return None
-    assert isinstance(table, ArrayTable)
+    if len({name.rpartition("[")[0] if _OF_MATRIX.fullmatch(name) else name for name in table.names}) > 1:
+        return None
     return replace(table, arrays={str(i + 1): column for i, column in enumerate(table.arrays.values())})
 
 
@@ -163,7 +162,7 @@ def _stacked_rows(table: Table) -> ArrayTable | None:
         side = np.hstack(phases)
         triples = [(3 * k, 3 * k + 1, 3 * k + 2) for k in range(count)]
         acc = triples.pop(known[0][1])
-        gyr = _gyroscope(side, np.arange(samples) / 100.0, acc, triples)
+        _, gyr = _find_pair(side, np.arange(samples) / 100.0, [acc], triples)
         if not gyr:
             continue
         mag = _magnetometer(side, acc, gyr, triples)
@@ -439,11 +438,6 @@ def _is_split_clock(whole: Array, rest: Array, size: float) -> bool:
     if not (rest.min() >= 0 and 1e-3 < size * rest.max() < 1.0 and (rest == np.rint(rest)).all()):
         return False
     return bool((whole == np.rint(whole)).all()) and bool((np.diff(whole + size * rest) >= 0).all())
-
-
-def _gyroscope(values: Array, t: Array, acc: Triple, triples: Sequence[Triple]) -> Triple:
-    """The three columns against which gravity turns; without motion, those beside the accelerometer."""
-    return _turning(values, t, acc, triples)[1] or _beside(values, acc, triples)
 
 
 def _turning(values: Array, t: Array, acc: Triple, triples: Sequence[Triple]) -> tuple[float, Triple]:

@@ -63,9 +63,7 @@ class TextTable:
             self.conclusions.append(Conclusion("file.decimal", "comma", ",", Basis.NUMBERS))
         if self.layout.torn:
             self.conclusions.append(Conclusion("file.lines", "before_header", self.layout.torn, Basis.NUMBERS))
-        self.conclusions += [
-            one for one in (self.layout.remark, self.layout.encoding.conclusion, self.file.zeros) if one is not None
-        ]
+        self.conclusions += [one for one in (self.layout.remark, self.layout.encoding.conclusion) if one is not None]
         self._left_out: dict[int, str] = {}  # number of a line, and why
 
     def read(self, wanted: Sequence[int], exact: frozenset[int] = frozenset()) -> dict[int, Column]:
