@@ -35,6 +35,7 @@ app = App(
     help_format="markdown",
     default_parameter=Parameter(show_default=_default),
 )
+PIPE = "/dev/stdin"  # written as -
 SAME_HINTS = frozenset({"explain", "stress", "noise", "calibrate", "view", "convert"})
 WITHOUT_OUT = {  # verbs without a folder of results, and the option meant by --out
     "run": "--box FILE.mcap for a record of the run",
@@ -78,7 +79,7 @@ def main(arguments: Sequence[str] | None = None) -> int:  # noqa: PLR0911
     """Runs the command line; returns its exit code: 0, 2 for bad input (one sentence and a topic of help on standard
     error), 3 for a live source that was lost, 130 for Ctrl-C.
     """
-    tokens = list(sys.argv[1:] if arguments is None else arguments)
+    tokens = [PIPE if token == "-" else token for token in (sys.argv[1:] if arguments is None else arguments)]
     if isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout.reconfigure(errors="replace")  # a terminal or pipe without σ gets a ? and no traceback
     _start(tokens)

@@ -92,9 +92,9 @@ def fuse(*logs: Path, arguments: FuseArguments = FuseArguments()) -> None:  # no
 
     Args:
         logs: .csv, .tsv, .jsonl, .mat, .h5, .npz or .parquet with gyroscope and accelerometer, or a folder of such
-            files. Units and columns are detected. The black box of a node, .mcap, is fused as the node did it, heading
-            included, unless a filter is named. If one of several logs fails, the others are fused all the same and the
-            exit code is 2.
+            files; - is standard input. Units and columns are detected. The black box of a node, .mcap, is fused as the
+            node did it, heading included, unless a filter is named. If one of several logs fails, the others are fused
+            all the same and the exit code is 2.
     """
     fuse_logs(logs, arguments, smooth=False)
 

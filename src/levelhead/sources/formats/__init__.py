@@ -26,7 +26,7 @@ from levelhead.sources.formats import (
     witmotion,
     workbook,
 )
-from levelhead.sources.formats.container import PACKED
+from levelhead.sources.formats.container import PACKED, TARS
 from levelhead.sources.hints import Hints
 from levelhead.sources.table import Table
 from levelhead.track import Track
@@ -129,7 +129,7 @@ FORMATS = (
     ),
 )  # fmt: skip
 BY_SUFFIX = {suffix: kind for kind in reversed(FORMATS) for suffix in kind.suffixes}  # of several the first
-CONTAINERS = (".zip", *PACKED)
+CONTAINERS = (".zip", *TARS, *PACKED)
 
 
 def find_format(suffix: str, head: bytes) -> Format | None:

@@ -1,6 +1,6 @@
-"""Containers of a recording's files: a file, a folder, a zip, a packed file."""
+"""Containers of a recording's files: a file, a pipe, a folder, an archive (zip, tar), a packed file."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from importlib import import_module
 from pathlib import Path
@@ -9,6 +9,7 @@ from typing import IO, NamedTuple
 from levelhead.errors import LevelheadError
 
 PACKED = {".gz": "gzip", ".bz2": "bz2", ".xz": "lzma"}  # modules whose ``open`` unpacks
+TARS = (".tar", ".tgz", ".tbz2", ".txz")  # beside .tar.gz and the like
 MAX_FILES = 400
 MAX_BYTES = 4 << 30  # unpacked, of all members together
 MAX_RATIO = 300  # unpacked to packed, of one member of 1 MiB or more: beyond it is a bomb
@@ -32,16 +33,21 @@ def members(path: Path, suffixes: frozenset[str]) -> Iterator[list[Member]]:
     """
     if path.is_dir():
         yield _in_folder(path, suffixes)
-    elif path.suffix.lower() == ".zip":
+    elif (entries := _entries_of(path)) is not None:
         import tempfile  # longer than reading a short log, and only packed ones need it
 
         with tempfile.TemporaryDirectory(prefix="levelhead-") as folder:
-            yield _unzip(path, Path(folder), suffixes)
+            yield _extract(path, entries(path), Path(folder), suffixes)
     elif path.suffix.lower() in PACKED:
         import tempfile
 
         with tempfile.TemporaryDirectory(prefix="levelhead-") as folder:
             yield [_unpack(path, Path(folder))]
+    elif path.is_fifo():
+        import tempfile
+
+        with tempfile.TemporaryDirectory(prefix="levelhead-") as folder:
+            yield [_drain(path, Path(folder))]
     else:
         yield [Member(path, path.stem, str(path))]
 
@@ -61,38 +67,100 @@ def _in_folder(path: Path, suffixes: frozenset[str]) -> list[Member]:
     return found
 
 
-def _unzip(path: Path, folder: Path, suffixes: frozenset[str]) -> list[Member]:
-    import zipfile
+class ArchiveFile(NamedTuple):
+    """A file in an archive: its name, its size, and the size from which it came, in bytes."""
 
-    found: list[Member] = []
-    total = 0
+    name: str
+    size: int
+    packed_size: int
+    open: Callable[[], IO[bytes]]
+
+
+def _entries_of(path: Path) -> Callable[[Path], Iterator[ArchiveFile]] | None:
+    """The function that lists the entries of such an archive, by its name; None: it is no archive."""
+    endings = [suffix.lower() for suffix in path.suffixes[-2:]]
+    if endings[-1:] == [".zip"]:
+        return _list_zip
+    is_tar = endings and (endings[-1] in TARS or (endings[0] == ".tar" and endings[-1] in PACKED))
+    return _list_tar if is_tar else None
+
+
+def _list_zip(path: Path) -> Iterator[ArchiveFile]:
+    import zipfile
+    from functools import partial
+
+    with zipfile.ZipFile(path) as archive:
+        for info in archive.infolist():
+            if not info.is_dir():
+                yield ArchiveFile(info.filename, info.file_size, info.compress_size, partial(archive.open, info))
+
+
+def _list_tar(path: Path) -> Iterator[ArchiveFile]:
+    """Its regular files; the packed size is that of the whole archive, as members are packed together."""
+    import tarfile
+    from functools import partial
+
+    def content(info: tarfile.TarInfo) -> IO[bytes]:
+        file = archive.extractfile(info)
+        assert file is not None  # of a regular file
+        return file
+
+    whole = path.stat().st_size
+    with tarfile.open(path) as archive:
+        for info in archive:
+            if info.isreg():
+                yield ArchiveFile(info.name, info.size, whole, partial(content, info))
+
+
+def _extract(path: Path, entries: Iterator[ArchiveFile], folder: Path, suffixes: frozenset[str]) -> list[Member]:
+    """Its files that end in one of ``suffixes``, under names of our choice."""
+    import tarfile
+    import zipfile
+    from zlib import error as bad_stream
+
     try:
-        with zipfile.ZipFile(path) as archive:
-            for i, info in enumerate(archive.infolist()):
-                inner = Path(info.filename)
-                hidden = any(part.startswith((".", "__")) for part in inner.parts)
-                if info.is_dir() or hidden or inner.suffix.lower() not in suffixes:
-                    continue
-                total += info.file_size
-                if len(found) >= MAX_FILES or total > MAX_BYTES:
-                    raise LevelheadError(
-                        f"{path} holds more than {MAX_FILES} files or {MAX_BYTES >> 30} GiB; unpack it"
-                    )
-                if info.file_size > max(1 << 20, MAX_RATIO * info.compress_size):
-                    raise LevelheadError(f"{path}: {info.filename} would grow {MAX_RATIO}-fold; it is not unpacked")
-                target = folder / f"{i}{inner.suffix.lower()}"  # never a path of the archive's choice
-                with archive.open(info) as packed, open(target, "wb") as file:
-                    _copy(packed, file, info.file_size, path)
-                found.append(Member(target, str(inner.with_suffix("")), f"{path}: {info.filename}"))
-    except (zipfile.BadZipFile, NotImplementedError, RuntimeError, EOFError, ValueError) as error:
-        if isinstance(error, LevelheadError):
+        found = list(_extract_each(path, entries, folder, suffixes))
+    except LevelheadError:
+        raise
+    except (zipfile.BadZipFile, tarfile.TarError, bad_stream, NotImplementedError, RuntimeError, EOFError, ValueError,
+            OSError, _xz_error()) as error:  # fmt: skip
+        if isinstance(error, OSError) and error.errno is not None:  # of the disk; those of contents have no number
             raise
-        raise LevelheadError(f"{path} is not a zip archive, or it is damaged or encrypted") from error
+        kind = "zip" if path.suffix.lower() == ".zip" else "tar"
+        raise LevelheadError(f"{path} is not a {kind} archive, or it is damaged or encrypted") from error
     if not found:
         raise LevelheadError(
-            f"{path} is a zip archive without a file that levelhead reads; expected one per sensor, or one"
+            f"{path} is an archive without a file that levelhead reads; expected one per sensor, or one"
         )
     return found
+
+
+def _xz_error() -> type[Exception]:
+    try:
+        from lzma import LZMAError
+    except ImportError:  # this Python was built without it
+        return EOFError
+    return LZMAError
+
+
+def _extract_each(
+    path: Path, entries: Iterator[ArchiveFile], folder: Path, suffixes: frozenset[str]
+) -> Iterator[Member]:
+    count = total = 0
+    for i, entry in enumerate(entries):
+        inner = Path(entry.name)
+        hidden = any(part.startswith((".", "__")) for part in inner.parts)
+        if hidden or inner.suffix.lower() not in suffixes:
+            continue
+        count, total = count + 1, total + entry.size
+        if count > MAX_FILES or total > MAX_BYTES:
+            raise LevelheadError(f"{path} holds more than {MAX_FILES} files or {MAX_BYTES >> 30} GiB; unpack it")
+        if entry.size > max(1 << 20, MAX_RATIO * entry.packed_size):
+            raise LevelheadError(f"{path}: {entry.name} would grow {MAX_RATIO}-fold; it is not unpacked")
+        target = folder / f"{i}{inner.suffix.lower()}"  # never a path of the archive's choice
+        with entry.open() as packed, open(target, "wb") as file:
+            _copy(packed, file, entry.size, path)
+        yield Member(target, str(inner.with_suffix("")), f"{path}: {entry.name}")
 
 
 def _unpack(path: Path, folder: Path) -> Member:
@@ -105,9 +173,17 @@ def _unpack(path: Path, folder: Path) -> Member:
     try:
         with unpacker.open(path) as packed, open(target, "wb") as file:
             _copy(packed, file, MAX_BYTES, path)
-    except (OSError, EOFError, getattr(unpacker, "LZMAError", EOFError)) as error:
+    except (OSError, EOFError, _xz_error()) as error:
         raise LevelheadError(f"{path} is not packed with {path.suffix[1:]}, or it is damaged") from error
     return Member(target, Path(path.stem).stem, str(path))
+
+
+def _drain(path: Path, folder: Path) -> Member:
+    """A pipe as a file: formats look at its start first, and a pipe gives each byte once."""
+    target = folder / "0"  # the first bytes name the format
+    with open(path, "rb") as pipe, open(target, "wb") as file:
+        _copy(pipe, file, MAX_BYTES, path)
+    return Member(target, path.stem, str(path))
 
 
 def _copy(packed: IO[bytes], file: IO[bytes], most: int, path: Path) -> None:
