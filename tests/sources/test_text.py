@@ -197,6 +197,15 @@ def test_zeros_behind_words_before_numbers(tmp_path: Path) -> None:
     assert "the 5000 zero bytes at the end are left out" in " ".join(recording.meta["notes"])
 
 
+@pytest.mark.parametrize("delimiter", [",", "  "])
+def test_exponents_of_fortran(tmp_path: Path, delimiter: str) -> None:
+    values = [[0.01 * k, 0.01, -0.02, 0.03, 0.1, 0.2, 9.8] for k in range(500)]
+    rows = (delimiter.join(f"{value:.6E}".replace("E", "D") for value in row) for row in values)
+    path = log(tmp_path, HEADER.replace(" ", "_").replace(",", delimiter), *rows)
+    recording = read(path)
+    np.testing.assert_allclose(np.hstack([recording.gyr, recording.acc]), np.array(values)[:, 1:], rtol=1e-6)
+
+
 @pytest.mark.parametrize("packed", ["bz2", "lzma"])
 def test_packed_text(tmp_path: Path, packed: str) -> None:
     suffix, module = {"bz2": ".bz2", "lzma": ".xz"}[packed], importlib.import_module(packed)

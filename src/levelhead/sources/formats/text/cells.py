@@ -12,6 +12,7 @@ COMMENTS = ("#", "%", "//")
 MISSING = frozenset({"", "nan", "null", "none", "na", "n/a", "-", "--", "+nan", "-nan", "nan(ind)", "-nan(ind)"})
 DELIMITERS = "\t;,| "
 _HEX = re.compile(r"0[xX][0-9a-fA-F]+$")
+_FORTRAN = re.compile(r"(\.\d*)D([-+]\d{2,3})(?![-\w])")
 _DECIMAL_COMMA = re.compile(r"\s*[-+]?\d+,\d+(?:[eE][-+]?\d+)?\s*$")
 
 
@@ -44,8 +45,11 @@ def lines_of(text: str) -> list[str]:
 
 
 def unify(text: str) -> str:
-    """The text with one kind of line break, and one kind of minus (U+2212 in the numbers of the north of Europe)."""
+    """The text with one kind of line break, of minus (U+2212 in the numbers of the north of Europe), and of exponent
+    (Fortran writes 1.0D+00)."""
     text = text.replace("\u2212", "-") if "\u2212" in text else text
+    if "D+" in text or "D-" in text:
+        text = _FORTRAN.sub(r"\1E\2", text)
     return text.replace("\r\n", "\n").replace("\r", "\n") if "\r" in text else text
 
 
