@@ -33,23 +33,26 @@ def members(path: Path, suffixes: frozenset[str]) -> Iterator[list[Member]]:
     """
     if path.is_dir():
         yield _in_folder(path, suffixes)
-    elif (entries := _entries_of(path)) is not None:
+    elif (copy := _copier_of(path, suffixes)) is not None:
         import tempfile  # longer than reading a short log, and only packed ones need it
 
         with tempfile.TemporaryDirectory(prefix="levelhead-") as folder:
-            yield _extract(path, entries(path), Path(folder), suffixes)
-    elif path.suffix.lower() in PACKED:
-        import tempfile
-
-        with tempfile.TemporaryDirectory(prefix="levelhead-") as folder:
-            yield [_unpack(path, Path(folder))]
-    elif path.is_fifo():
-        import tempfile
-
-        with tempfile.TemporaryDirectory(prefix="levelhead-") as folder:
-            yield [_drain(path, Path(folder))]
+            yield copy(Path(folder))
     else:
         yield [Member(path, path.stem, str(path))]
+
+
+def _copier_of(path: Path, suffixes: frozenset[str]) -> Callable[[Path], list[Member]] | None:
+    """The function that copies the files in an archive, a packed file or a pipe into a folder; None: it is a file."""
+    endings = [suffix.lower() for suffix in path.suffixes[-2:]] or [""]
+    last = endings[-1]
+    if last == ".zip":
+        return lambda folder: _extract(path, _list_zip(path), folder, suffixes)
+    if last in TARS or (endings[0] == ".tar" and last in PACKED):
+        return lambda folder: _extract(path, _list_tar(path), folder, suffixes)
+    if last in PACKED:
+        return lambda folder: [_unpack(path, folder)]
+    return (lambda folder: [_drain(path, folder)]) if path.is_fifo() else None
 
 
 def _in_folder(path: Path, suffixes: frozenset[str]) -> list[Member]:
@@ -74,15 +77,6 @@ class ArchiveFile(NamedTuple):
     size: int
     packed_size: int
     open: Callable[[], IO[bytes]]
-
-
-def _entries_of(path: Path) -> Callable[[Path], Iterator[ArchiveFile]] | None:
-    """The function that lists the entries of such an archive, by its name; None: it is no archive."""
-    endings = [suffix.lower() for suffix in path.suffixes[-2:]]
-    if endings[-1:] == [".zip"]:
-        return _list_zip
-    is_tar = endings and (endings[-1] in TARS or (endings[0] == ".tar" and endings[-1] in PACKED))
-    return _list_tar if is_tar else None
 
 
 def _list_zip(path: Path) -> Iterator[ArchiveFile]:
@@ -192,5 +186,5 @@ def _copy(packed: IO[bytes], file: IO[bytes], most: int, path: Path) -> None:
     while block := packed.read(1 << 20):
         left -= len(block)
         if left < 0:
-            raise LevelheadError(f"{path} unpacks to more than its declared size; it is not read")
+            raise LevelheadError(f"{path} holds more than {most} bytes; it is not read")
         file.write(block)
