@@ -25,6 +25,9 @@ from levelhead.sources.interpret.magnetometer import mag_unit
 from levelhead.units import GRAVITY, factor
 
 IRON = 0.08  # of the field, as the finding's own bound
+LIKELY = (
+    "gyro_scale", "mounting", "axes_order", "gyro_inverted", "mag_axes", "mag_offset", "mag_shape", "acc_low_passed",
+)  # fmt: skip
 MOST_ROWS = 20_000
 
 
@@ -162,11 +165,17 @@ def _turned_up(quat: np.ndarray) -> np.ndarray:
 
 
 def main() -> None:
-    """Prints each warning with its judgement, and the sums."""
+    """Prints each warning with its judgement, the faults that are only likely, and the sums."""
     counts: Counter[str] = Counter()
+    likely: Counter[str] = Counter()
     every = recordings()
     for name, known in every:
-        warnings = [one for one in examine(known.recording, name).findings if one.severity != "note"]
+        findings = examine(known.recording, name).findings
+        warnings = [one for one in findings if one.severity != "note"]
+        for one in findings:
+            if one.severity == "note" and one.name in LIKELY:
+                likely[one.name] += 1
+                print(f"{name:44} {one.name:14} likely: {one.what}")
         false = 0
         for one in warnings:
             why = JUDGES[one.name](known) if one.name in JUDGES else ""
@@ -176,6 +185,7 @@ def main() -> None:
         counts["only true warnings"] += bool(warnings) and not false
         counts["a false alarm"] += bool(false)
     print(f"{len(every)} recordings: {', '.join(f'{name} {count}' for name, count in counts.items())}")
+    print(f"likely faults, as notes: {dict(likely)}")
 
 
 if __name__ == "__main__":

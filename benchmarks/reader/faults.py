@@ -6,8 +6,9 @@ DIR holds recordings that levelhead reads, with a reference where tilt is to be 
 clean_logs.py are taken. Each recording meets every fault once (one of N faults with --share N), in one of its sizes. A
 fault is named rightly if a finding has its name and its number: the value within 5 %, its interval, or 6 ms; the axes
 that would mend it. It is named wrongly if a warning that the clean recording has not says something else. "Not told":
-nothing is said, and the report notes that this motion does not allow the comparison. Beside it, the tilt that the
-verdict expects and the rms of the true one. --half takes every other data set, --every one of so many recordings. The
+there is no finding, and the report notes that this motion does not allow the comparison, or it prints an interval in
+which both the faulty number and that of a good sensor lie. Beside it, the tilt that the verdict expects and the rms of
+the true one. --half takes every other data set, --every one of so many recordings. The
 thresholds were chosen on the sets of --half 0.
 """
 
@@ -26,7 +27,7 @@ from levelhead.engine import fuse, native
 from levelhead.errors import LevelheadError
 from levelhead.inspection import examine
 from levelhead.inspection.agreement import Seen, agree
-from levelhead.inspection.findings import Finding, Report
+from levelhead.inspection.findings import Finding, Measurement, Report
 from levelhead.inspection.turns import change_of
 from levelhead.inspection.values import NAMES
 from levelhead.recording import Array, Recording
@@ -54,9 +55,10 @@ class Clean(NamedTuple):
         """In s."""
         return self.seen[role].fit.delay if role in self.seen else 0.0
 
-    def value(self, name: str, default: float) -> float:
-        """The number of a finding."""
-        return next((one.value for one in self.report.findings if one.name == name and one.value is not None), default)
+    def own(self, name: str) -> float:
+        """The scale that it shows by itself; 1 where the interval holds 1."""
+        found = next((one for one in self.report.measured if one.name == name), None)
+        return 1.0 if found is None or found.interval[0] <= 1.0 <= found.interval[1] else found.value
 
 
 class Fault(NamedTuple):
@@ -67,14 +69,23 @@ class Fault(NamedTuple):
         sizes: one of them is put in.
         put: (recording, size, which axis) → recording; None where it cannot be put in.
         named: the findings that name it.
-        check: (finding, size, axis, clean report) → whether its number is right.
+        check: (finding or measurement, size, axis, clean report) → whether its number is right.
+        measured: the measurement that would show it, where it has another name.
     """
 
     name: str
     sizes: Sequence[float]
     put: Callable[[Recording, float, int], Recording | None]
     named: Sequence[str]
-    check: Callable[[Finding, float, int, Clean], bool]
+    check: Callable[[Any, float, int, Clean], bool]
+    measured: str = ""
+
+    def is_hidden(self, one: Measurement, size: float, axis: int, clean: Clean) -> bool:
+        """Whether an interval holds both this fault and a good sensor."""
+        low, high = one.interval
+        if one.name not in (self.measured, *self.named) or not low <= one.usual <= high:
+            return False
+        return self.check(one, size, axis, clean)
 
 
 def changed(recording: Recording, **parts: Any) -> Recording:
@@ -97,8 +108,8 @@ def near(value: float, finding: Finding, share: float = 0.05, least: float = 0.0
 
 
 def scaled(finding: Finding, size: float, axis: int, clean: Clean) -> bool:
-    """A factor of the gyroscope."""
-    return near(size, finding)
+    """A factor of the gyroscope; or this times that which the clean recording showed."""
+    return near(size, finding) or near(size * clean.own("gyro_scale"), finding)
 
 
 def multiply(role: str, matrix: Array) -> Callable[[Recording, float, int], Recording | None]:
@@ -179,7 +190,7 @@ def clock(recording: Recording, size: float, axis: int) -> Recording:
 
 def clock_checked(finding: Finding, size: float, axis: int, clean: Clean) -> bool:
     """The turn in the time that the stamps say."""
-    return near(1.0 / size, finding) and "clock" in finding.what
+    return scaled(finding, 1.0 / size, axis, clean) and (isinstance(finding, Measurement) or "clock" in finding.what)
 
 
 def low_passed(recording: Recording, size: float, axis: int) -> Recording:
@@ -191,8 +202,10 @@ def low_passed(recording: Recording, size: float, axis: int) -> Recording:
     return changed(recording, acc=acc)
 
 
-def frequency(finding: Finding, size: float, axis: int, clean: Clean) -> bool:
-    """Of a filter, within a factor of 1.5."""
+def frequency(finding: Finding | Measurement, size: float, axis: int, clean: Clean) -> bool:
+    """Of a filter, within a factor of 1.5; or a delay, whose interval holds the filter's."""
+    if isinstance(finding, Measurement):
+        return finding.interval[0] <= 1e3 / (2.0 * np.pi * size) <= finding.interval[1]
     return finding.value is not None and 1 / 1.5 < finding.value / size < 1.5
 
 
@@ -302,7 +315,7 @@ def gyr_scaled(recording: Recording, size: float, axis: int) -> Recording:
 
 def acc_scale_checked(finding: Finding, size: float, axis: int, clean: Clean) -> bool:
     """The scale, times that which the clean recording had."""
-    return near(size * clean.value("acc_scale", 1.0), finding, 0.03)
+    return near(size * clean.own("acc_scale"), finding, 0.03)
 
 
 def held(recording: Recording, size: float, axis: int) -> Recording:
@@ -331,7 +344,7 @@ FAULTS = (
     Fault("accelerometer axes in a cycle", (1.0,), multiply("acc", CYCLE), WIRING, mends("acc", CYCLE)),
     Fault("accelerometer askew", (5.0, 15.0, 30.0), turned("acc"), ("mounting",), angle),
     Fault("gyroscope askew", (5.0, 15.0, 30.0), turned("gyr"), ("mounting",), angle),
-    Fault("accelerometer low-passed", (0.5, 0.3, 1.0), low_passed, ("acc_low_passed",), frequency),
+    Fault("accelerometer low-passed", (0.5, 0.3, 1.0), low_passed, ("acc_low_passed",), frequency, "sensor_delay"),
     Fault("accelerometer without gravity", (1.0,), gravity_removed, ("gravity_removed",), whatever),
     Fault("accelerometer scale", (1.05, 0.93, 1.1), acc_scaled, ("acc_scale",), acc_scale_checked),
     Fault("accelerometer axis stuck", (0.0, 0.5), stuck("acc"), ("stuck_acc",), sensor_axis),
@@ -370,7 +383,9 @@ def judge(fault: Fault, size: float, axis: int, report: Report, clean: Clean) ->
     loud = [one for one in fresh if one.severity != "note"]
     if loud:
         return "wrong", "; ".join(f"{one.name}: {one.what}" for one in loud[:2])
-    return ("not told" if report.names() & UNTOLD else "missed"), "; ".join(one.what for one in named[:1])
+    hidden = any(fault.is_hidden(one, size, axis, clean) for one in report.measured)
+    said = "; ".join(one.what for one in named[:1])
+    return ("not told" if hidden or report.names() & UNTOLD else "missed"), said
 
 
 def folder(path: Path) -> list[tuple[str, Known]]:

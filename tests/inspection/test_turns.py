@@ -62,7 +62,7 @@ def changed(recording: Recording, **parts: object) -> Recording:
 
 
 def findings(recording: Recording) -> dict[str, Finding]:
-    return {one.name: one for one in examine_turns(recording)}
+    return {one.name: one for one in examine_turns(recording) if isinstance(one, Finding)}
 
 
 def test_rotations_are_those_of_scipy() -> None:
@@ -291,8 +291,7 @@ def test_a_rival_beside_twins_is_told_from_them():
     """Tuples that hold arrays cannot be compared; the doctor failed where a rival had the role of a twin."""
     wirings = {(1, 1, -1): 0.0, (-1, -1, 1): 1.0, (1, -1, 1): 2.0}
     fault, twin, rival = (
-        Hypothesis("wiring", "acc", np.diag(np.array(signs, dtype=float)), chi, 6.0, 0.0)
-        for signs, chi in wirings.items()
+        Hypothesis("wiring", "acc", np.diag(np.array(signs, dtype=float)), chi, 6.0) for signs, chi in wirings.items()
     )
     assert [one is rival for one in Agreement((), (fault, twin, rival), 1.0).rivals(fault)] == [True]
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from levelhead.errors import LevelheadError
-from levelhead.inspection.findings import Finding, Report, sort_findings
+from levelhead.inspection.findings import Finding, Measurement, Report, sort_findings
 from levelhead.inspection.physics import examine_field, examine_gravity, examine_rest
 from levelhead.inspection.place import examine_place
 from levelhead.inspection.reading import from_reader
@@ -24,18 +24,18 @@ from levelhead.sources import read
 from levelhead.sources.hints import NeedsHints
 from levelhead.sources.interpret.accelerometer import GravityRemoved
 
-Check = Callable[[Recording], Iterator[Finding]]
+Check = Callable[[Recording], Iterator[Finding | Measurement]]
 BRIEF = 10  # segments by which ``levelhead fuse`` judges turns
 
 
-def examine_turns_and_field(recording: Recording, most: int = MAX_SEGMENTS) -> Iterator[Finding]:
+def examine_turns_and_field(recording: Recording, most: int = MAX_SEGMENTS) -> Iterator[Finding | Measurement]:
     """``examine_turns``, ``examine_place``, and ``examine_field`` without the iron that the turns showed.
 
     The iron would be found again as a wrong strength and as a field that varies.
     """
     less_iron = recording
     for one in examine_turns(recording, most):
-        if one.name == "mag_offset" and one.mend is not None:
+        if isinstance(one, Finding) and one.name == "mag_offset" and one.mend is not None:
             less_iron = one.mend.apply(recording)
         yield one
     yield from examine_place(recording)
@@ -51,7 +51,7 @@ FAULTS: tuple[Check, ...] = (
     examine_spikes,
 )
 
-__all__ = ["Finding", "Report", "examine", "inspect", "list_findings", "short_form"]
+__all__ = ["Finding", "Measurement", "Report", "examine", "inspect", "list_findings", "short_form"]
 
 
 def inspect(path: str | os.PathLike[str], **hints: Any) -> Report:
@@ -85,7 +85,7 @@ def inspect(path: str | os.PathLike[str], **hints: Any) -> Report:
 
 def examine(recording: Recording, source: str = "", before: list[Finding] | None = None) -> Report:
     """Examines a recording; ``before`` are findings that were made already."""
-    findings = list_findings(recording, before or [])
+    findings, measured = _collect(recording, (*FAULTS, *_remarks()), before or [])
     found = {one.name: one for one in findings}
     with np.errstate(all="ignore"):
         expected = expectation(recording, findings)
@@ -98,12 +98,13 @@ def examine(recording: Recording, source: str = "", before: list[Finding] | None
         expected.heading,
         expected.drift,
         tuple(unknown(recording, set(found))),
+        measured,
     )
 
 
 def list_findings(recording: Recording, before: Sequence[Finding] = ()) -> list[Finding]:
     """Findings on a recording, the worst first; of two findings with one name the first counts."""
-    return _collect(recording, (*FAULTS, *_remarks()), before)
+    return _collect(recording, (*FAULTS, *_remarks()), before)[0]
 
 
 def _remarks() -> tuple[Check, ...]:
@@ -114,15 +115,21 @@ def _remarks() -> tuple[Check, ...]:
     return examine_spectra, examine_bias, examine_noise
 
 
-def _collect(recording: Recording, checks: Sequence[Check], before: Sequence[Finding] = ()) -> list[Finding]:
+def _collect(
+    recording: Recording, checks: Sequence[Check], before: Sequence[Finding] = ()
+) -> tuple[list[Finding], list[Measurement]]:
     found: dict[str, Finding] = {}
+    measured = []
     with np.errstate(all="ignore"):
         for one in [*before, *_run(recording, checks)]:
-            found.setdefault(one.name, one)
-    return sort_findings(list(found.values()))
+            if isinstance(one, Measurement):
+                measured.append(one)
+            else:
+                found.setdefault(one.name, one)
+    return sort_findings(list(found.values())), measured
 
 
-def _run(recording: Recording, checks: Sequence[Check]) -> Iterator[Finding]:
+def _run(recording: Recording, checks: Sequence[Check]) -> Iterator[Finding | Measurement]:
     yield from from_reader(recording)
     if len(recording) < 20:
         yield Finding("too_short", "warning", f"{len(recording)} samples are too few to examine", "length")
@@ -134,7 +141,7 @@ def _run(recording: Recording, checks: Sequence[Check]) -> Iterator[Finding]:
 def short_form(recording: Recording) -> list[str]:
     """At most two lines for the summary of ``levelhead fuse``: the worst findings; [] for a recording that is fine."""
     brief: tuple[Check, ...] = (partial(examine_turns_and_field, most=BRIEF), *FAULTS[1:])
-    bad = [one for one in _collect(recording, brief) if one.severity != "note"]
+    bad = [one for one in _collect(recording, brief)[0] if one.severity != "note"]
     lines = [f"{one.what}. {one.cure}".strip() for one in bad[:1]]
     if len(bad) > 1:
         lines.append(f"{len(bad) - 1} more: {', '.join(one.name for one in bad[1:5])}; levelhead doctor LOG shows them")

@@ -3,7 +3,9 @@
 Let the matrices G, A and B lead from the true rate, force and field to the readings. From u' = u × ω follows that
 the matrix M between the gyroscope and the turn that a sensor shows is det(A) A G⁻¹ (for an orthogonal A), or
 det(B) B G⁻¹. Each fault of one sensor is a family of such matrices. The fits and their covariances judge each; the
-one with the least χ² + penalty wins (G. Schwarz, Estimating the dimension of a model, Ann. Statist. 6, 1978).
+one with the least χ² + penalty wins (G. Schwarz, Estimating the dimension of a model, Ann. Statist. 6, 1978). Twice
+the logarithm of its odds above 2 is positive evidence, above 6 strong (R. Kass and A. Raftery, Bayes factors, J. Am.
+Stat. Assoc. 90, 1995).
 """
 
 import math
@@ -42,7 +44,7 @@ BEYOND = 4000.0 * DEGREE  # rad/s: the widest range of gyroscopes in use (data s
 RARE, IMPOSSIBLE = 0.01, 60.0  # share of rates beyond it that are spikes; penalty of more of them
 CLEAR, LONG = 5.0, 3  # contrast below which segments LONG times as long are looked at: their velocities stay as small
 CANDIDATES = 3  # wirings that are fitted
-LIKELY = 6  # turns that are tried with a whole fit of the residual of M
+TRIED = 6  # turns that are tried with a whole fit of the residual of M
 UNLIKE = 0.3  # by which a number of M is off the identity's, from which other starts are tried
 SEARCHED = 12  # segments on which they are
 SCALES = (0.5, 2.0)  # that are tried besides the wirings
@@ -50,11 +52,12 @@ ASKEW = 30.0 * DEGREE  # mountings about each axis that are tried too
 BASINS = 0.9  # of the identity's residual: the limit below which another wiring starts the fit
 SHIFTED = 0.015  # s of delay, beyond which the fit is made again
 SLOW = 0.05  # s of delay, from which it may be a filter
+LONGEST_DELAY = 0.12  # s, by which an accelerometer may come late without a filter
 PROBE, STEP, STEP_OF_FILTER = 0.03, 0.08, 0.15  # s of the shortest first step, and of the longest steps
 TREATMENTS = 6  # shifts, or filters, that are tried at most
 LEAST_SHARE = 0.05  # of a shift that the delay of a fit follows: one above zero
 MAX_ROWS = 100_000  # rows that show the distribution of rates
-MIN_GAIN = 12.0  # of χ² + penalty, by which a fault must be better than none
+LIKELY, SURE = 3.0, 8.0  # of χ² + penalty, by which a fault must be better than none, to be likely and to be sure
 TIED = 8.0  # by which two faults differ
 
 
@@ -87,7 +90,7 @@ class Hypothesis(NamedTuple):
         matrix: the factor that makes its readings right, (3, 3).
         chi: χ² of the matrices seen.
         penalty: for how seldom people do that, and for the numbers that were fitted.
-        sigma: 1σ of the scale or angle that was fitted, rad; 0 for a wiring.
+        covariance: of the scale, or of the three angles of a mounting, rad; of a wiring (0, 0).
     """
 
     kind: str
@@ -95,7 +98,17 @@ class Hypothesis(NamedTuple):
     matrix: Array
     chi: float
     penalty: float
-    sigma: float
+    covariance: Array = np.zeros((0, 0))
+
+    @property
+    def sigma(self) -> float:
+        """1σ of the scale, or of the angle of a mounting."""
+        if self.kind != "mounting":
+            return float(self.covariance[0, 0] ** 0.5)
+        axis = np.array([self.matrix[2, 1], self.matrix[0, 2], self.matrix[1, 0]]) - np.array(
+            [self.matrix[1, 2], self.matrix[2, 0], self.matrix[0, 1]]
+        )
+        return float(np.sqrt(axis @ self.covariance @ axis) / max(float(np.linalg.norm(axis)), 1e-12))
 
     @property
     def score(self) -> float:
@@ -121,14 +134,19 @@ def _fit_from(seg: Segments, starts: Sequence[Array]) -> TurnMatrix:
     """The fit of all nine numbers from the identity, or from a start that leaves clearly less."""
     if not starts:
         return fit(seg, IDENTITY)
-    best, parts = fit(seg, IDENTITY, IDENTITY[None]), seg.split()
+    usual = best = fit(seg, IDENTITY, IDENTITY[None])
+    parts = seg.split()
     for start in starts:
         basis = start[None] / np.abs(start).max()
         rough = fit(parts, start, basis)
         one = fit(seg, rough.matrix, basis, near=rough)
         if one.left < BASINS * best.left:
             best = one
-    return fit(seg, best.matrix, ALL_NINE, near=best)
+    whole = fit(seg, usual.matrix, ALL_NINE, near=usual)
+    if best is usual:
+        return whole
+    other = fit(seg, best.matrix, ALL_NINE, near=best)
+    return other if other.left < BASINS * whole.left else whole
 
 
 def _screened(seg: Segments) -> list[Array]:
@@ -146,7 +164,7 @@ def _searched(seg: Segments) -> list[Array]:
     """
     few = seg.choose(SEARCHED).split()
     askew = [_rotation(angle * axis) for axis in IDENTITY for angle in (-ASKEW, ASKEW)]
-    likely = sorted([*WIRINGS, *askew], key=lambda one: predict_left(few, one))[:LIKELY]
+    likely = sorted([*WIRINGS, *askew], key=lambda one: predict_left(few, one))[:TRIED]
     tried = [*likely, *(scale * IDENTITY for scale in (*SCALES, *UNITS))]
     return sorted(tried, key=lambda one: fit(few, one, NONE).left)[:CANDIDATES]
 
@@ -194,9 +212,9 @@ def _without_delay(seg: Segments, whole: TurnMatrix, spread: float) -> tuple[Tur
     best, least, filtered = _widen(whole, 1.0, away), _share_left(seg, whole), False
     if (share := _share_left(treated, shifted)) < least:
         best, least = shifted, share
-    if seg.is_force and whole.delay > SLOW:
+    if seg.is_force and max(whole.delay, shifted.delay) > SLOW:
         sharpened, treated = _remove_delay(whole, seg.sharpen, STEP_OF_FILTER, spread)
-        if _share_left(treated, sharpened) < least:
+        if shifted.delay > LONGEST_DELAY or _share_left(treated, sharpened) < least:
             best, filtered = sharpened, True
     return best, filtered
 
@@ -267,17 +285,17 @@ def _penalty(wiring: Array) -> float:
 
 def faults(seen: Sequence[Seen], fastest: float = 0.0) -> list[Hypothesis]:
     """All hypotheses, the likeliest first; ``fastest`` rad/s is the rate that few readings exceed."""
-    made = [Hypothesis("none", "", IDENTITY, sum(_chi(one, IDENTITY) for one in seen), 0.0, 0.0)]
+    made = [Hypothesis("none", "", IDENTITY, sum(_chi(one, IDENTITY) for one in seen), 0.0)]
     roles = {one.role: one for one in seen}
     for wiring in WIRINGS[1:]:
         penalty, proper = _penalty(wiring), float(np.linalg.det(wiring)) * wiring
         inverse = wiring.T
-        made.append(Hypothesis("wiring", "gyr", inverse, sum(_chi(one, inverse) for one in seen), penalty, 0.0))
+        made.append(Hypothesis("wiring", "gyr", inverse, sum(_chi(one, inverse) for one in seen), penalty))
         if np.allclose(proper, IDENTITY):
             continue
         for role, one in roles.items():
             rest = sum(_chi(other, IDENTITY) for other in seen if other is not one)
-            made.append(Hypothesis("wiring", role, inverse, rest + _chi(one, proper), penalty, 0.0))
+            made.append(Hypothesis("wiring", role, inverse, rest + _chi(one, proper), penalty))
     made += [*_scales(seen, fastest), *_mountings(seen)]
     if fastest > BEYOND:  # no gyroscope measures that: it must be scaled down
         made = [
@@ -287,17 +305,23 @@ def faults(seen: Sequence[Seen], fastest: float = 0.0) -> list[Hypothesis]:
     return sorted(made, key=lambda one: one.score)
 
 
+def find_scale(seen: Sequence[Seen]) -> tuple[float, float, float]:
+    """(factor that makes the gyroscope right, its 1σ, χ²)."""
+    chi, x, covariance = _minimum([(one, IDENTITY) for one in seen], IDENTITY[None])
+    return float(x[0]), float(covariance[0, 0] ** 0.5), chi
+
+
 def _scales(seen: Sequence[Seen], fastest: float) -> Iterator[Hypothesis]:
     """The gyroscope times a factor, in another unit, or one of its axes times a factor."""
-    pairs = [(one, IDENTITY) for one in seen]
-    chi, x, covariance = _minimum(pairs, IDENTITY[None])
-    turns = x[0] > MIN_SCALE_SIGMAS * covariance[0, 0] ** 0.5
+    factor, sigma, chi = find_scale(seen)
+    turns = factor > MIN_SCALE_SIGMAS * sigma
     explained = turns or fastest > BEYOND or max(one.contrast for one in seen) > CLEAR or _is_small_unit(seen)
     if turns:
-        yield Hypothesis("scale", "gyr", float(x[0]) * IDENTITY, chi, 6.0, float(covariance[0, 0] ** 0.5))
+        yield Hypothesis("scale", "gyr", factor * IDENTITY, chi, 6.0, np.array([[sigma**2]]))
     for unit in UNITS if explained else ():
         right = unit * IDENTITY
-        yield Hypothesis("scale", "gyr", right, sum(_chi(one, right) for one in seen), 5.0, UNIT_SIGMA * unit)
+        spread = np.array([[(UNIT_SIGMA * unit) ** 2]])
+        yield Hypothesis("scale", "gyr", right, sum(_chi(one, right) for one in seen), 5.0, spread)
     for axis in range(3):
         direction = np.diag(IDENTITY[axis])
         shifted = [
@@ -308,7 +332,7 @@ def _scales(seen: Sequence[Seen], fastest: float) -> Iterator[Hypothesis]:
         matrix = IDENTITY + (float(x[0]) - 1.0) * direction
         if x[0] > MIN_SCALE_SIGMAS * covariance[0, 0] ** 0.5:
             penalty = 16.0 + (math.log(float(x[0])) / AXIS_SPREAD) ** 2
-            yield Hypothesis("axis_scale", "gyr", matrix, chi, penalty, float(covariance[0, 0] ** 0.5))
+            yield Hypothesis("axis_scale", "gyr", matrix, chi, penalty, covariance)
 
 
 def _is_small_unit(seen: Sequence[Seen]) -> bool:
@@ -333,18 +357,20 @@ def _mountings(seen: Sequence[Seen]) -> Iterator[Hypothesis]:
             chi, x, covariance = _minimum(shifted, basis)
             rotation = _rotation(x) @ rotation
         chi = sum(_chi(one, rotation) for one in mine)
-        angle = float(np.arccos(np.clip((np.trace(rotation) - 1.0) / 2.0, -1.0, 1.0)))
-        if angle < np.pi / 3.0:
+        if angle_of(rotation) < np.pi / 3.0:
             matrix = rotation if role == "gyr" else rotation.T
-            yield Hypothesis(
-                "mounting", role, matrix, rest + chi, 16.0, float(np.sqrt(np.linalg.eigvalsh(covariance)[-1]))
-            )
+            yield Hypothesis("mounting", role, matrix, rest + chi, 16.0, covariance)
 
 
 _GENERATORS: Array = np.array(
     [[[0, 0, 0], [0, 0, -1], [0, 1, 0]], [[0, 0, 1], [0, 0, 0], [-1, 0, 0]], [[0, -1, 0], [1, 0, 0], [0, 0, 0]]],
     dtype=np.float64,
 )
+
+
+def angle_of(rotation: Array) -> float:
+    """rad, of a rotation (3, 3)."""
+    return float(np.arccos(np.clip((np.trace(rotation) - 1.0) / 2.0, -1.0, 1.0)))
 
 
 def _rotation(vector: Array) -> Array:
@@ -362,13 +388,20 @@ class Agreement(NamedTuple):
     excess: float
 
     @property
+    def gain(self) -> float:
+        """2 ln of the odds for the likeliest fault against none."""
+        none = next((one.score for one in self.faults if one.kind == "none"), 0.0)
+        return (none - self.faults[0].score) / self.excess if self.faults else 0.0
+
+    @property
     def fault(self) -> Hypothesis | None:
-        """The fault that is found; None: no fault, or the motion does not show it."""
-        if not self.faults:
-            return None
-        best = self.faults[0]
-        none = next(one for one in self.faults if one.kind == "none")
-        return best if none.score - best.score > MIN_GAIN * self.excess else None
+        """The fault that is likely; None: no fault, or the motion does not show it."""
+        return self.faults[0] if self.gain > LIKELY else None
+
+    @property
+    def is_sure(self) -> bool:
+        """Whether the fault is beyond doubt."""
+        return self.gain > SURE
 
     def rivals(self, fault: Hypothesis) -> list[Hypothesis]:
         """Other faults of the same kind that explain the same about as well.

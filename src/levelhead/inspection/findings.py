@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 from levelhead.inspection.mend import Mend
 from levelhead.open_types import JsonObject, ReadOnlyJson
@@ -44,6 +45,31 @@ class Finding:
         return f"{self.severity}: {self.what}{where} [{self.evidence}]{cure}"
 
 
+class Measurement(NamedTuple):
+    """A number that the motion shows of a sensor, whether or not it is a fault.
+
+    Attributes:
+        name: that of the finding which a fault would make.
+        what: the quantity, in words.
+        value: in ``unit``.
+        interval: where it lies with 95 %.
+        usual: the value of a good sensor.
+        unit: "" for a ratio.
+    """
+
+    name: str
+    what: str
+    value: float
+    interval: tuple[float, float]
+    usual: float
+    unit: str = ""
+
+    def __str__(self) -> str:
+        unit = "°" if self.unit == "deg" else f" {self.unit}" if self.unit else ""
+        value, low, high = (f"{one:.{0 if unit else 2}f}" for one in (self.value, *self.interval))
+        return f"{self.what} {value}{unit} ({low} to {high})"
+
+
 @dataclass(frozen=True)
 class Report:
     """The examination of one log.
@@ -56,6 +82,7 @@ class Report:
         sigma_tilt, sigma_heading: expected errors of a fused track, deg; None where unknown.
         heading_drift: deg a minute without a magnetometer; None with one.
         unknown: questions that this motion does not answer, sentences.
+        measured: numbers that this motion shows, with their intervals.
     """
 
     source: str
@@ -66,6 +93,7 @@ class Report:
     sigma_heading: float | None = None
     heading_drift: float | None = None
     unknown: Sequence[str] = field(default_factory=tuple)
+    measured: Sequence[Measurement] = field(default_factory=tuple)
 
     @property
     def exit_code(self) -> int:
@@ -109,6 +137,7 @@ class Report:
                 for one in self.findings
             ],
             "unknown": list(self.unknown),
+            "measured": [one._asdict() for one in self.measured],
         }
 
     def __str__(self) -> str:
@@ -116,6 +145,8 @@ class Report:
             return self.verdict if self.source in self.verdict else f"{self.source}: {self.verdict}"
         lines = [f"{self.source}: {self.verdict}", repr(self.recording)]
         lines += [str(one) for one in self.findings]
+        if self.measured:
+            lines.append(f"measured, with 95 %: {'; '.join(str(one) for one in self.measured)}")
         lines += [f"not known: {sentence}" for sentence in self.unknown]
         lines += [f"read: {note}" for note in self.recording.meta.get("notes", ())]
         return "\n".join(lines)

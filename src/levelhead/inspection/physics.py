@@ -1,12 +1,15 @@
 """Findings on the sensors beside each other: scale at rest, bias, the field."""
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
-from levelhead.inspection.findings import Finding
+from levelhead.inspection.findings import Finding, Measurement
+from levelhead.inspection.values import find_clipping
 from levelhead.recording import Recording, median
-from levelhead.signals.gravity_turn import excerpt, quiet_turn
+from levelhead.signals.gravity_turn import excerpt
 from levelhead.signals.mean_force import mean_forces
 from levelhead.signals.rest import rest_rows
 from levelhead.units import GRAVITY
@@ -17,10 +20,10 @@ STRIDES = 2.0  # s, over which the accelerations of a motion cancel
 MAX_HELD = 0.09  # rad/s, and rad: 5 deg/s and 5 deg
 MAX_ROWS = 1_000_000  # rows that show a distribution as well as all
 MIN_GRAVITY = 0.35  # g, below which there is no gravity in the force
+MIN_STILL = 20  # rows at rest that show a scale and a bias
 MIN_WINDOWS = 8  # windows of STRIDES
 BIAS = np.radians(0.45)  # rad/s
-MAX_REVERSED_CORRELATION = -0.55  # correlation from which gravity turns against the gyroscope
-MIN_CORRELATION = 0.5  # correlation from which it turns as the gyroscope has it
+MAX_SHRINKAGE = 0.1  # of a force that is too small, by which a window twice as long may make it smaller
 MAX_FIELD, MIN_FIELD = 67.0, 22.0  # µT, of the earth's field (World Magnetic Model 2020, at the ground)
 
 
@@ -44,11 +47,10 @@ def examine_gravity(recording: Recording) -> Iterator[Finding]:
         )
 
 
-def examine_rest(recording: Recording) -> Iterator[Finding]:
-    """Findings about rest: how much there is, scale of the accelerometer, bias of the gyroscope."""
+def examine_rest(recording: Recording) -> Iterator[Finding | Measurement]:
+    """About rest: how much there is, scale of the accelerometer, bias of the gyroscope."""
     still = rest_rows(recording)
     share = float(still.mean())
-    acc, gyr = recording.acc[still], recording.gyr[still]
     if share > 0.95 or _hardly_turns(recording):
         yield Finding(
             "always_still",
@@ -64,25 +66,24 @@ def examine_rest(recording: Recording) -> Iterator[Finding]:
             "the sensor hardly rests: its bias must be learned in motion",
             f"{100 * share:.0f} % at rest",
         )
-    if still.sum() > 20:
-        off, sigma = median(np.linalg.norm(acc, axis=1)) / GRAVITY - 1.0, 0.0
-        evidence = f"median length, {100 * share:.0f} % at rest"
-    else:
-        off, sigma = scale_in_motion(recording)
-        evidence = f"mean over {STRIDES:g} s, turned back by the gyroscope, ±{100 * sigma:.1f} %"
+    off, sigma = find_scale(recording, still)
+    interval = (1.0 + off - 2.0 * sigma, 1.0 + off + 2.0 * sigma)
+    if off:
+        yield Measurement("acc_scale", "scale of the accelerometer", 1.0 + off, interval, 1.0)
     if abs(off) > SCALE + MIN_SIGMAS * sigma:
+        in_motion = f"mean over {STRIDES:g} s, turned back by the gyroscope, ±{100 * sigma:.1f} %"
         yield Finding(
             "acc_scale",
             "warning",
             f"the accelerometer feels {GRAVITY * (1 + off):.3f} m/s² "
             f"{'in motion' if sigma else 'at rest'}, {100 * off:+.1f} %",
-            evidence,
+            in_motion if sigma else f"median length, {100 * share:.0f} % at rest",
             "Calibrate it: six positions, or ESKF with a prior.",
             value=1.0 + off,
-            interval=(1.0 + off - 2.0 * sigma, 1.0 + off + 2.0 * sigma),
+            interval=interval,
         )
-    if still.sum() > 20:
-        bias = np.array([median(axis) for axis in gyr.T])
+    if still.sum() > MIN_STILL:
+        bias = np.array([median(axis) for axis in recording.gyr[still].T])
         if float(np.abs(bias).max()) > BIAS:
             listed = ", ".join(f"{value:.2f}" for value in np.degrees(bias))
             yield Finding(
@@ -108,25 +109,38 @@ def _hardly_turns(recording: Recording) -> bool:
     return float(np.nanquantile(rate, 0.99)) < MAX_HELD and float(np.nanquantile(away, 0.99)) < MAX_HELD
 
 
+def find_scale(recording: Recording, still: NDArray[np.bool_]) -> tuple[float, float]:
+    """(excess of the accelerometer over gravity, its 1σ) as shares of gravity: at rest, σ = 0, or in motion."""
+    if still.sum() > MIN_STILL:
+        return median(np.linalg.norm(recording.acc[still], axis=1)) / GRAVITY - 1.0, 0.0
+    return scale_in_motion(recording)
+
+
+def scale_to_gravity(recording: Recording) -> Recording:
+    """With the accelerometer's scale mended, where ``examine_rest`` reports one.
+
+    A filter takes a force that is too long for acceleration.
+    """
+    off, sigma = find_scale(recording, rest_rows(recording))
+    return replace(recording, acc=recording.acc / (1.0 + off)) if abs(off) > SCALE + MIN_SIGMAS * sigma else recording
+
+
 def scale_in_motion(recording: Recording) -> tuple[float, float]:
     """(excess over gravity, its 1σ) as shares of gravity, from a motion without rest; (0, 0) if that shows nothing.
 
-    A gyroscope against which gravity turns cannot turn the force back. A wrong one makes the mean shorter, so a force
-    that is too small counts only where gravity turns as the gyroscope has it.
+    A wrong gyroscope makes the mean shorter, the more so the longer the window; a scale makes all windows alike.
     """
     rows = excerpt(len(recording))
-    t, gyr, acc = recording.t[rows], recording.gyr[rows], recording.acc[rows]
-    quiet = quiet_turn(t, gyr, acc)
-    if quiet is not None and quiet.correlation < MAX_REVERSED_CORRELATION:
+    t, gyr, acc = recording.t[rows], recording.gyr[rows], np.array(recording.acc[rows])
+    if (clipping := find_clipping("acc", acc)) is not None:
+        acc[clipping.rows] = np.nan
+    short, long = (mean_forces(t, gyr, acc, window).length / GRAVITY for window in (0.5 * STRIDES, STRIDES))
+    if len(long) < MIN_WINDOWS:
         return 0.0, 0.0
-    lengths = mean_forces(t, gyr, acc, STRIDES).length
-    lengths = lengths[np.isfinite(lengths)]
-    if len(lengths) < MIN_WINDOWS:
+    off = float(long.mean() - 1.0)
+    if off < 0.0 and float(short.mean() - long.mean()) > MAX_SHRINKAGE * abs(off):
         return 0.0, 0.0
-    off = float(lengths.mean() / GRAVITY - 1.0)
-    if off < 0.0 and (quiet is None or quiet.correlation < MIN_CORRELATION):
-        return 0.0, 0.0
-    return off, float(lengths.std() / GRAVITY / np.sqrt(len(lengths)))
+    return off, float(long.std() / np.sqrt(len(long)))
 
 
 def examine_field(recording: Recording) -> Iterator[Finding]:

@@ -7,7 +7,7 @@ import numpy as np
 
 from levelhead.atomic import atomic_path
 from levelhead.errors import LevelheadError
-from levelhead.inspection.findings import Report
+from levelhead.inspection.findings import Finding, Report
 from levelhead.inspection.mend import Mend
 from levelhead.inspection.turns import examine_turns
 from levelhead.open_types import JsonObject
@@ -89,8 +89,8 @@ def _gain(recording: Recording, mend: Mend) -> float | None:
     parts = (recording[:half], recording[half:])
     gains = []
     for found, kept in (parts, parts[::-1]):
-        again = [one.mend for one in examine_turns(found) if one.mend is not None and one.mend.role == mend.role]
-        same = next((one for one in again if _is_like(one, mend)), None)
+        again = [one.mend for one in examine_turns(found) if isinstance(one, Finding)]
+        same = next((one for one in again if one is not None and one.role == mend.role and _is_like(one, mend)), None)
         before, after = (_left(one, mend.role) for one in (kept, kept if same is None else same.apply(kept)))
         if before is None or after is None:
             return None

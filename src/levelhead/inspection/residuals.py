@@ -6,14 +6,15 @@ from typing import NamedTuple
 import numpy as np
 
 from levelhead.inspection.agreement import SLOW, Hypothesis, Seen
-from levelhead.inspection.findings import Finding
+from levelhead.inspection.findings import Finding, Measurement
 from levelhead.inspection.mend import Mend
 from levelhead.inspection.values import NAMES
 from levelhead.recording import Array
 from levelhead.signals.turn_matrix import SHAPES
 
 SIGMAS = 1.96  # of an interval of 95 %
-MIN_SIGMAS = 4.0  # σ
+LIKELY, SURE = 3.0, 4.0  # σ
+IRON_LIKELY, IRON_SURE = 3.8, 5.0  # the same of three numbers, by χ²
 LAG, LAG_SURE = 0.08, 5.0  # s, σ: of a filter in front of the accelerometer
 LAG_HIDDEN = 0.1  # s: 1σ without contrast; a walker's forces lag less than gravity
 APART, TOO_FAR = 0.012, 0.03  # s between gyroscope and accelerometer: worth a note; worse than that
@@ -46,11 +47,11 @@ class Delay(NamedTuple):
     @property
     def is_clear(self) -> bool:
         """Whether it is worth a note, and unlikely to be chance."""
-        return abs(self.seconds) > max(APART + SIGMAS * self.sigma, MIN_SIGMAS * self.sigma)
+        return abs(self.seconds) > max(APART + SIGMAS * self.sigma, LIKELY * self.sigma)
 
 
-def find_delay(force: Seen, field: Seen | None) -> Delay | None:
-    """The delay between accelerometer and gyroscope; None: it is not clear.
+def find_delay(force: Seen, field: Seen | None) -> Delay:
+    """The delay between accelerometer and gyroscope.
 
     A gyroscope that is late by τ makes both others early:
 
@@ -64,44 +65,59 @@ def find_delay(force: Seen, field: Seen | None) -> Delay | None:
     early = 0.0 if field is None else USUAL - field.fit.delay
     if field is not None and early > 0.0:
         spread = EARLY**2 + _field_sigma(field) ** 2
-        if (early + seconds) ** 2 / (variance + spread) < min(early**2 / spread, MIN_SIGMAS**2):
+        if (early + seconds) ** 2 / (variance + spread) < min(early**2 / spread, SURE**2):
             both = 1.0 / (1.0 / variance + 1.0 / spread)
             found = Delay(both * (seconds / variance - early / spread), np.sqrt(both), True)
-    return found if found.is_clear and not force.filtered else None
+    return found
 
 
-def examine_delay(delay: Delay) -> Finding:
-    """Of accelerometer and gyroscope the one that comes later."""
+def measure_delay(name: str, what: str, seconds: float, sigma: float) -> Measurement:
+    """A delay in ms."""
+    value, spread = 1e3 * seconds, 1e3 * SIGMAS * sigma
+    return Measurement(name, what, value, (value - spread, value + spread), 0.0, "ms")
+
+
+def examine_delay(force: Seen, delay: Delay) -> Iterator[Finding | Measurement]:
+    """Of accelerometer and gyroscope the one that comes later, or the filter behind which gravity lags."""
+    measured = measure_delay("sensor_delay", "accelerometer later by", *delay[:2])
+    yield measured
+    if force.filtered and force.fit.delay > max(LAG, LIKELY * _lag_sigma(force)):
+        yield _low_pass(force)
+    elif delay.is_clear:
+        yield _delay(delay, measured)
+
+
+def _delay(delay: Delay, measured: Measurement) -> Finding:
     spread = SIGMAS * delay.sigma
     late, other = ("acc", "gyroscope") if delay.seconds > 0.0 else ("gyr", "accelerometer")
     others = f"{other} and the magnetometer" if delay.by_field else other
     fits = "the turns of gravity and of the field fit" if delay.by_field else "gravity's turn fits"
     slow = delay.seconds > SLOW  # a filter delays as much, and no delay of its own mends that
+    sure = abs(delay.seconds) > SURE * delay.sigma
     return Finding(
         "sensor_delay",
-        "warning" if abs(delay.seconds) - spread > TOO_FAR and not slow else "note",
-        f"the {NAMES[late]} comes {1e3 * abs(delay.seconds):.0f} ms later than the {others}"
+        "warning" if abs(delay.seconds) - spread > TOO_FAR and sure and not slow else "note",
+        f"the {NAMES[late]} {'comes' if sure else 'may come'} {1e3 * abs(delay.seconds):.0f} ms later than the {others}"
         f"{', or is filtered' if slow else ''}",
         f"where {fits} best, ±{1e3 * spread:.0f} ms",
         f"Give both sensors one filter and one clock{'' if slow else '; --fix shifts it'}.",
-        value=1e3 * delay.seconds,
-        interval=(1e3 * (delay.seconds - spread), 1e3 * (delay.seconds + spread)),
-        unit="ms",
+        value=measured.value,
+        interval=measured.interval,
+        unit=measured.unit,
         mend=None if slow else Mend(late, np.eye(3), np.zeros(3), delay=abs(delay.seconds)),
     )
 
 
-def examine_slow_force(force: Seen) -> Iterator[Finding]:
-    """Whether the accelerometer went through a filter so slow that gravity lags."""
+def _low_pass(force: Seen) -> Finding:
     lag, sigma = force.fit.delay, _lag_sigma(force)
-    if not force.filtered or lag < LAG or lag < LAG_SURE * sigma:
-        return
+    sure = lag > LAG_SURE * sigma
     corner = 1.0 / (2.0 * np.pi * lag)
     spread = SIGMAS * sigma / lag
-    yield Finding(
+    return Finding(
         "acc_low_passed",
-        "broken",
-        f"the accelerometer is low-passed at about {corner:.2g} Hz: gravity lags by {1e3 * lag:.0f} ms",
+        "broken" if sure else "note",
+        f"the accelerometer {'is' if sure else 'may be'} low-passed at about {corner:.2g} Hz: "
+        f"gravity lags by {1e3 * lag:.0f} ms",
         f"its turn fits the gyroscope's behind a filter of first order, ±{1e3 * SIGMAS * sigma:.0f} ms",
         "Switch the filter off, or set it to 5 Hz or more; the gyroscope and the accelerometer need the same one.",
         value=corner,
@@ -111,57 +127,100 @@ def examine_slow_force(force: Seen) -> Iterator[Finding]:
     )
 
 
-def examine_field_delay(field: Seen, gyroscope: float) -> Iterator[Finding]:
+def examine_field_delay(field: Seen, gyroscope: float) -> Iterator[Finding | Measurement]:
     """Whether the magnetometer comes later or earlier than the gyroscope, which is late itself by ``gyroscope`` s."""
     delay = field.fit.delay + gyroscope
     sigma = _field_sigma(field)
-    if abs(delay) < LATE + SIGMAS * sigma or abs(delay) < MIN_SIGMAS * sigma:
+    late = measure_delay("mag_delay", "magnetometer later by", delay, sigma)
+    yield late
+    if abs(delay) < max(LATE + SIGMAS * sigma, LIKELY * sigma):
         return
+    sure = abs(delay) > SURE * sigma
     yield Finding(
         "mag_delay",
-        "warning" if abs(delay) - SIGMAS * sigma > MUCH else "note",
-        f"the magnetometer comes {1e3 * abs(delay):.0f} ms {'later' if delay > 0 else 'earlier'} than the gyroscope",
+        "warning" if abs(delay) - SIGMAS * sigma > MUCH and sure else "note",
+        f"the magnetometer {'comes' if sure else 'may come'} {1e3 * abs(delay):.0f} ms "
+        f"{'later' if delay > 0 else 'earlier'} than the gyroscope",
         f"where the field turned back by the gyroscope is stillest, ±{1e3 * SIGMAS * sigma:.1f} ms",
         "Stamp it when it is measured.",
-        value=1e3 * delay,
-        interval=(1e3 * (delay - SIGMAS * sigma), 1e3 * (delay + SIGMAS * sigma)),
-        unit="ms",
+        value=late.value,
+        interval=late.interval,
+        unit=late.unit,
         mend=Mend("mag", np.eye(3), np.zeros(3), delay=delay),
     )
 
 
-def examine_iron(field: Seen, fault: Hypothesis | None) -> Iterator[Finding]:
-    """Whether iron turns with the magnetometer: the part of the field that does not turn back with the gyroscope."""
+class TurningIron(NamedTuple):
+    """Iron that turns with a magnetometer.
+
+    Attributes:
+        iron: in the unit of the readings, (3,).
+        sigma: 1σ of its numbers.
+        strength: rms of the field without it.
+    """
+
+    iron: Array
+    sigma: Array
+    strength: float
+
+    @property
+    def size(self) -> float:
+        """Its length."""
+        return float(np.linalg.norm(self.iron))
+
+    @property
+    def size_sigma(self) -> float:
+        """1σ of its length."""
+        return float(np.linalg.norm(self.iron * self.sigma) / max(self.size, 1e-12))
+
+    @property
+    def measurement(self) -> Measurement:
+        """Its share of the field, %."""
+        share, spread = (100.0 * one / self.strength for one in (self.size, SIGMAS * self.size_sigma))
+        return Measurement(
+            "mag_offset", "iron with the magnetometer", share, (max(0.0, share - spread), share + spread), 0.0, "%"
+        )
+
+
+def find_iron(field: Seen) -> TurningIron:
+    """The part of the field that does not turn back with the gyroscope."""
     soft = np.eye(3) + field.fit.shape  # mended later, so the iron is that in readings
     iron: Array = np.asarray(np.linalg.solve(soft, field.fit.iron), dtype=np.float64)
     strength = float(np.sqrt(((field.segments.vector - iron) ** 2).sum(axis=-1).mean()))
-    floor = strength * (ROUGH + HIDDEN / field.contrast**2)
-    sigma = np.hypot(field.fit.sigma[:3], floor)
-    size = float(np.linalg.norm(iron))
-    along = float(np.sqrt(((iron * sigma) ** 2).sum()) / max(size, 1e-12))
-    share, spread = size / strength, SIGMAS * along / strength
-    if share < SHARE or float(np.sqrt(((iron / sigma) ** 2).sum())) < MIN_SIGMAS + 1.0:
+    sigma = np.hypot(field.fit.sigma[:3], strength * (ROUGH + HIDDEN / field.contrast**2))
+    return TurningIron(iron, sigma, strength)
+
+
+def examine_iron(field: Seen, fault: Hypothesis | None) -> Iterator[Finding | Measurement]:
+    """Whether iron turns with the magnetometer."""
+    found = find_iron(field)
+    share = found.measurement
+    yield share
+    sigmas = float(np.linalg.norm(found.iron / found.sigma))
+    if share.value < 100.0 * SHARE or sigmas < IRON_LIKELY:
         return
+    sure = sigmas > IRON_SURE
     raw, corrected = (
-        np.linalg.norm(one, axis=-1).std() for one in (field.segments.vector, field.segments.vector - iron)
+        np.linalg.norm(one, axis=-1).std() for one in (field.segments.vector, field.segments.vector - found.iron)
     )
-    if corrected > raw + along:  # without its iron a length is constant: here the field changes from place to place
+    if corrected > raw + found.size_sigma:  # without its iron a length is constant: here the field changes by place
         return
     yield Finding(
         "mag_offset",
-        "warning",
-        f"the magnetometer is not calibrated: iron turns with it, {100 * share:.0f} % of the field",
-        f"({', '.join(f'{value:.3g}' for value in iron)}) does not turn back with the gyroscope, "
-        f"±{100 * spread:.0f} %; the field is {strength:.3g}",
+        "warning" if sure else "note",
+        f"the magnetometer {'is not' if sure else 'may not be'} calibrated: iron turns with it, "
+        f"{share.value:.0f} % of the field",
+        f"({', '.join(f'{value:.3g}' for value in found.iron)}) does not turn back with the gyroscope, "
+        f"±{share.interval[1] - share.value:.0f} %; the field is {found.strength:.3g}",
         "Learn it: --save-calibration FILE.",
-        value=100.0 * share,
-        interval=(100.0 * max(0.0, share - spread), 100.0 * (share + spread)),
-        unit="%",
-        mend=Mend("mag", np.eye(3), iron) if fault is None else None,
+        value=share.value,
+        interval=share.interval,
+        unit=share.unit,
+        mend=Mend("mag", np.eye(3), found.iron) if fault is None else None,
     )
 
 
-def examine_shape(field: Seen, fault: Hypothesis | None) -> Iterator[Finding]:
+def examine_shape(field: Seen, fault: Hypothesis | None) -> Iterator[Finding | Measurement]:
     """Whether soft iron, or axes of unlike scale, make the field longer along one direction than along another."""
     values, vectors = np.linalg.eigh(np.eye(3) + field.fit.shape)
     if values[0] < MIN_AXIS:
@@ -173,17 +232,21 @@ def examine_shape(field: Seen, fault: Hypothesis | None) -> Iterator[Finding]:
     floor = OVAL_ROUGH + OVAL_HIDDEN / field.contrast**2
     sigma = float(np.sqrt(gradient @ covariance @ gradient + floor**2))
     size, spread = ratio - 1.0, SIGMAS * sigma
-    if size < OVAL + spread or size < MIN_SIGMAS * sigma:
+    interval = (100.0 * max(0.0, size - spread), 100.0 * (size + spread))
+    yield Measurement("mag_shape", "the field longer one way by", 100.0 * size, interval, 0.0, "%")
+    if size < max(OVAL + spread, LIKELY * sigma):
         return
+    sure = size > SURE * sigma
     axis = "xyz"[int(np.abs(vectors[:, 0]).argmax())]
     yield Finding(
         "mag_shape",
-        "warning",
-        f"the magnetometer reads {100 * size:.0f} % more along one direction, near {axis}, than along another",
+        "warning" if sure else "note",
+        f"the magnetometer {'reads' if sure else 'may read'} {100 * size:.0f} % more along one direction, near {axis}, "
+        "than along another",
         f"soft iron, or axes of unlike scale: the field turned back by the gyroscope is oval, ±{100 * spread:.0f} %",
         "Calibrate it: levelhead calibrate LOG.",
         value=100.0 * size,
-        interval=(100.0 * (size - spread), 100.0 * (size + spread)),
+        interval=interval,
         unit="%",
         mend=Mend("mag", np.eye(3) + field.fit.shape, np.zeros(3)) if fault is None else None,
     )
@@ -202,7 +265,7 @@ def examine_bias(seen: Sequence[Seen]) -> Iterator[Finding]:
     bias = sum(weight * one for weight, (one, _) in zip(weights, made, strict=True)) / total
     sigma = total**-0.5
     axis = int(np.abs(bias).argmax())
-    if abs(bias[axis]) < BIAS + MIN_SIGMAS * sigma[axis]:
+    if abs(bias[axis]) < BIAS + LIKELY * sigma[axis]:
         return
     size, spread_deg = float(np.degrees(np.abs(bias[axis]))), float(np.degrees(SIGMAS * sigma[axis]))
     yield Finding(

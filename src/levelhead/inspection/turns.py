@@ -5,20 +5,20 @@ from math import degrees, log
 
 import numpy as np
 
-from levelhead.inspection.agreement import Agreement, Hypothesis, Seen, agree, settle
+from levelhead.inspection.agreement import Agreement, Hypothesis, Seen, agree, angle_of, find_scale, settle
 from levelhead.inspection.bias_jump import BiasJump, examine_bias_jump, find_jump, leaves_less
-from levelhead.inspection.findings import Finding
+from levelhead.inspection.findings import Finding, Measurement
 from levelhead.inspection.mend import turn
+from levelhead.inspection.physics import scale_to_gravity
 from levelhead.inspection.residuals import (
     examine_bias,
     examine_delay,
     examine_field_delay,
     examine_iron,
     examine_shape,
-    examine_slow_force,
     find_delay,
 )
-from levelhead.inspection.values import NAMES
+from levelhead.inspection.values import NAMES, without_stuck
 from levelhead.open_types import JsonObject
 from levelhead.recording import Array, Recording
 from levelhead.signals.turn_matrix import MAX_SEGMENTS, MIN_SEGMENTS, SHORTEST
@@ -29,31 +29,35 @@ GROSS = log(1.3)  # of a scale, and
 GROSS_ANGLE = 10.0  # deg of a mounting, from which the orientation is wrong rather than worse
 CONTRAST = 1.5  # below which forces hide the turn of gravity
 SIGMAS = 1.96  # of an interval of 95 %
+DECIDES = "Turn it slowly by 90° about each axis and back: that decides"
 USUAL = (131.0, 65.5, 32.8, 16.4)  # counts per deg/s
 
 
-def examine_turns(recording: Recording, most: int = MAX_SEGMENTS) -> Iterator[Finding]:
-    """The one fault of scale, wiring or mounting that explains how the sensors disagree."""
+def examine_turns(recording: Recording, most: int = MAX_SEGMENTS) -> Iterator[Finding | Measurement]:
+    """The one fault of scale, wiring or mounting that explains how the sensors disagree; delay, iron, bias."""
+    sound = without_stuck(recording)
+    if sound is None:
+        return
+    recording = scale_to_gravity(sound)
     agreement, jump = _explain(recording, most)
     force = next((one for one in agreement.seen if one.role == "acc"), None)
     fault = agreement.fault
     if fault is not None:
-        evidence = _evidence(agreement)
+        evidence, sure = _evidence(agreement), agreement.is_sure
         if fault.kind in ("scale", "axis_scale"):
-            yield _scale(recording, fault, evidence)
+            yield _scale(recording, fault, evidence, agreement)
         elif fault.kind == "mounting":
-            yield _mounting(fault, evidence)
+            yield _mounting(fault, evidence, agreement)
         else:
-            yield _wiring(fault, agreement.rivals(fault), evidence)
+            yield _wiring(fault, agreement.rivals(fault), evidence, sure)
     yield from _examine_contrast(force, fault)
+    yield from _measure(agreement)
     settled = {one.role: settle(one, fault) for one in agreement.seen}
     late = 0.0  # s, of the gyroscope
     if "acc" in settled:
         delay = find_delay(settled["acc"], settled.get("mag"))
-        if delay is not None:
-            late = max(0.0, -delay.seconds)
-            yield examine_delay(delay)
-        yield from examine_slow_force(settled["acc"])
+        late = max(0.0, -delay.seconds) if delay.is_clear else 0.0
+        yield from examine_delay(settled["acc"], delay)
     if "mag" in settled:
         yield from examine_field_delay(settled["mag"], late)
         yield from examine_iron(settled["mag"], fault)
@@ -61,6 +65,26 @@ def examine_turns(recording: Recording, most: int = MAX_SEGMENTS) -> Iterator[Fi
     right = recording if fault is None else turn(fault.role, fault.matrix).apply(recording)
     yield from examine_bias_jump(jump or find_jump(right, list(settled.values())))
     yield from examine_bias(list(settled.values()))
+
+
+def _measure(agreement: Agreement) -> Iterator[Measurement]:
+    """Scale and mounting of the gyroscope beside gravity; nothing beside axes in a wrong order."""
+    if not agreement.seen:
+        return
+    kind = agreement.fault.kind if agreement.fault else "none"
+    if kind in ("none", "scale"):
+        factor, sigma, _ = find_scale(agreement.seen)
+        spread = SIGMAS * sigma * agreement.excess**0.5
+        if factor > spread:
+            interval = (1.0 / (factor + spread), 1.0 / (factor - spread))
+            yield Measurement("gyro_scale", "scale of the gyroscope", 1.0 / factor, interval, 1.0)
+    if kind in ("none", "mounting"):
+        askew = next((one for one in agreement.faults if (one.kind, one.role) == ("mounting", "acc")), None)
+        if askew is not None:
+            angle, sigmas = degrees(angle_of(askew.matrix)), SIGMAS * agreement.excess**0.5
+            widest = float(np.linalg.eigvalsh(askew.covariance)[-1] ** 0.5)
+            interval = (max(0.0, angle - degrees(sigmas * askew.sigma)), angle + degrees(sigmas * widest))
+            yield Measurement("mounting", "accelerometer askew by", angle, interval, 0.0, "deg")
 
 
 def _examine_contrast(force: Seen | None, fault: Hypothesis | None) -> Iterator[Finding]:
@@ -113,23 +137,26 @@ def words_of(matrix: Array) -> str:
     return ", ".join(axes)
 
 
-def _wiring(fault: Hypothesis, rivals: Sequence[Hypothesis], evidence: str) -> Finding:
+def _wiring(fault: Hypothesis, rivals: Sequence[Hypothesis], evidence: str, sure: bool) -> Finding:
     inverted = fault.role == "gyr" and np.allclose(fault.matrix, -np.eye(3))
     name = "mag_axes" if fault.role == "mag" else "gyro_inverted" if inverted else "axes_order"
     ways = [f"{NAMES[one.role]} {change_of(one.matrix)}" for one in (fault, *rivals[:2])]
-    what = "gravity turns against the gyroscope: one of them is inverted" if inverted else " or ".join(ways)
-    if not inverted:
-        what = f"the axes do not belong together: {what}"
+    contrary = f"gravity {'turns' if sure else 'may turn'} against the gyroscope: one of them is inverted"
+    apart = f"the axes {'do' if sure else 'may'} not belong together: {' or '.join(ways)}"
     sole = not rivals
     return Finding(
         name,
-        "warning" if fault.role == "mag" else "broken",
-        what,
+        _severity("warning" if fault.role == "mag" else "broken", sure),
+        contrary if inverted else apart,
         evidence,
-        f"Take the {NAMES[fault.role]} as ({words_of(fault.matrix)}); --fix does." if sole else
-        "Turn it slowly by 90° about each axis and back: that decides between them.",
+        f"Take the {NAMES[fault.role]} as ({words_of(fault.matrix)}); --fix does." if sole and sure else
+        f"{DECIDES} between them." if rivals else f"{DECIDES}.",
         mend=turn(fault.role, fault.matrix, sole),
     )  # fmt: skip
+
+
+def _severity(usual: str, sure: bool) -> str:
+    return usual if sure else "note"
 
 
 def change_of(matrix: Array) -> str:
@@ -144,16 +171,17 @@ def change_of(matrix: Array) -> str:
     return f"in the order of ({words_of(matrix)})"
 
 
-def _mounting(fault: Hypothesis, evidence: str) -> Finding:
-    angle = degrees(float(np.arccos(np.clip((np.trace(fault.matrix) - 1.0) / 2.0, -1.0, 1.0))))
-    spread = SIGMAS * degrees(fault.sigma)
+def _mounting(fault: Hypothesis, evidence: str, agreement: Agreement) -> Finding:
+    sure = agreement.is_sure
+    angle = degrees(angle_of(fault.matrix))
+    spread = SIGMAS * degrees(fault.sigma) * agreement.excess**0.5
     severe = angle > GROSS_ANGLE and fault.role != "mag"
     return Finding(
         "mag_axes" if fault.role == "mag" else "mounting",
-        "broken" if severe else "warning",
-        f"the {NAMES[fault.role]} is mounted {angle:.1f}° askew",
+        _severity("broken" if severe else "warning", sure),
+        f"the {NAMES[fault.role]} {'is' if sure else 'may be'} mounted {angle:.1f}° askew",
         evidence,
-        "Mount it straight, or turn its readings: --fix does.",
+        "Mount it straight, or turn its readings: --fix does." if sure else f"{DECIDES}.",
         value=angle,
         interval=(max(0.0, angle - spread), angle + spread),
         unit="deg",
@@ -161,20 +189,23 @@ def _mounting(fault: Hypothesis, evidence: str) -> Finding:
     )  # fmt: skip
 
 
-def _scale(recording: Recording, fault: Hypothesis, evidence: str) -> Finding:
+def _scale(recording: Recording, fault: Hypothesis, evidence: str, agreement: Agreement) -> Finding:
+    sure = agreement.is_sure
     axis = None if fault.kind == "scale" else int(np.abs(np.diag(fault.matrix) - 1.0).argmax())
     factor = float(fault.matrix[axis or 0, axis or 0])
-    low, high = factor - SIGMAS * fault.sigma, factor + SIGMAS * fault.sigma
+    spread = SIGMAS * fault.sigma * agreement.excess**0.5
+    low, high = factor - spread, factor + spread
     value = 1.0 / factor
     interval = (1.0 / high, 1.0 / low if low > 0.0 else np.inf)
-    what = f"the gyroscope{'' if axis is None else chr(39) + 's ' + 'xyz'[axis]} reads {value:.3g} times the true turn"
-    cause = "" if axis is not None else _cause(recording, interval)
+    part, verb = "" if axis is None else f"'s {'xyz'[axis]}", "reads" if sure else "may read"
+    cause = _cause(recording, interval) if axis is None and sure else ""
+    cure = f"{_option(recording, factor)}; --fix does." if axis is None else "Calibrate it; --fix does."
     return Finding(
         "gyro_scale",
-        "broken" if not abs(log(max(abs(value), 1e-3))) < GROSS else "warning",
-        f"{what} ({interval[0]:.3g} to {interval[1]:.3g}){cause}",
+        _severity("broken" if not abs(log(max(abs(value), 1e-3))) < GROSS else "warning", sure),
+        f"the gyroscope{part} {verb} {value:.3g} times the true turn ({interval[0]:.3g} to {interval[1]:.3g}){cause}",
         evidence,
-        f"{_option(recording, factor)}; --fix does." if axis is None else "Calibrate it; --fix does.",
+        cure if sure else f"{DECIDES}.",
         value=value, interval=interval, mend=turn("gyr", fault.matrix),
     )  # fmt: skip
 

@@ -22,6 +22,7 @@ HELD = 0.2  # share of rows that repeat the row before
 HELD_MOVING = 0.1  # and where the sensor moves most, where rounding hardly repeats all three axes
 TOGETHER = 0.6  # share of rows with one axis repeated in which all are: rounding repeats axes one by one
 BLOCK = 25  # rows, over which its motion is measured
+MIN_ROWS = 20  # that are worth a comparison of sensors
 STUCK, MOVES = 4.0, 0.5  # s in which one axis is constant, and the share of rows in which another changes meanwhile
 DEADBAND = 0.05  # share of rows that are exactly 0, 0, 0
 
@@ -115,6 +116,19 @@ def find_stuck(t: Array, values: Array) -> tuple[int, int, int] | None:
         if moves and t[last - 1] - t[first] > STUCK and (best is None or last - first > best[2] - best[1]):
             best = axis, first, last
     return best
+
+
+def without_stuck(recording: Recording) -> Recording | None:
+    """The longest part in which no axis of gyroscope or accelerometer is stuck; None: there is hardly one."""
+    first, last = 0, len(recording)
+    for values in (recording.gyr, recording.acc):
+        found = find_stuck(recording.t[first:last], np.asarray(values)[first:last])
+        if found is not None:
+            begin, end = first + found[1], first + found[2]
+            first, last = (first, begin) if begin - first > last - end else (end, last)
+        if last - first < MIN_ROWS:
+            return None
+    return recording[first:last]
 
 
 def _stuck(recording: Recording, role: str, values: Array) -> Iterator[Finding]:

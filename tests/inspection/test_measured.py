@@ -1,0 +1,115 @@
+"""Numbers that the doctor prints with their interval, and how sure a finding is."""
+
+import numpy as np
+import pytest
+from tests.inspection.test_turns import changed, findings, made
+
+from levelhead.inspection import examine
+from levelhead.inspection.agreement import IDENTITY, LIKELY, SURE, Agreement, Hypothesis
+from levelhead.inspection.findings import Measurement
+from levelhead.inspection.physics import scale_in_motion
+from levelhead.recording import Array, Recording
+
+
+@pytest.fixture(scope="module")
+def clean() -> Recording:
+    return made()
+
+
+def measured(recording: Recording) -> dict[str, Measurement]:
+    return {one.name: one for one in examine(recording).measured}
+
+
+def push(recording: Recording, size: float) -> Array:
+    """Accelerations that stay along the body, which hide gravity's turn, m/s²."""
+    waves = ((0.35, 0.0), (0.5, 1.0), (0.42, 2.0))
+    return size * np.stack([np.sin(2.0 * np.pi * f * recording.t + phase) for f, phase in waves], axis=1)
+
+
+def test_intervals_hold_what_was_put_in(clean: Recording) -> None:
+    """Each fault is too small for a finding, and its number is in the interval."""
+    assert clean.mag is not None
+    late = np.stack([np.interp(clean.t - 0.005, clean.t, one) for one in clean.mag.T], axis=1)
+    iron = np.array([0.0, 0.05 * np.linalg.norm(clean.mag[0]), 0.0])
+    for recording, name, true in (
+        (changed(clean, gyr=1.02 * clean.gyr), "gyro_scale", 1.02),
+        (clean, "gyro_scale", 1.0),
+        (clean, "sensor_delay", 0.0),
+        (changed(clean, mag=late), "mag_delay", 5.0),
+        (changed(clean, mag=clean.mag + iron), "mag_offset", 5.0),
+        (changed(clean, mag=clean.mag * [1.0, 1.03, 1.0]), "mag_shape", 3.0),
+        (changed(clean, acc=0.99 * clean.acc), "acc_scale", 0.99),
+    ):
+        report = examine(recording)
+        one = next(one for one in report.measured if one.name == name)
+        assert one.interval[0] - 1e-3 <= true <= one.interval[1] + 1e-3, one
+        assert name not in report.names()
+
+
+def test_an_interval_is_wide_where_forces_hide_the_turn(clean: Recording) -> None:
+    hidden = measured(changed(clean, acc=clean.acc + push(clean, 4.0), mag=None))
+    for name in ("gyro_scale", "sensor_delay"):
+        known, vague = measured(clean)[name].interval, hidden[name].interval
+        assert vague[1] - vague[0] > 1.5 * (known[1] - known[0])
+
+
+def test_the_report_prints_each_measurement(clean: Recording) -> None:
+    report = examine(clean)
+    assert "measured, with 95 %: scale of the gyroscope 1.00 (0.9" in str(report)
+    told = report.to_dict()["measured"]
+    assert [one["name"] for one in told] == [one.name for one in report.measured]  # type: ignore[index, union-attr]
+
+
+def test_a_likely_fault_is_a_note_with_a_motion_that_decides(clean: Recording) -> None:
+    pushed = changed(clean, acc=clean.acc + push(clean, 2.0), mag=None)
+    likely = findings(changed(pushed, gyr=1.04 * clean.gyr))["gyro_scale"]
+    assert likely.severity == "note" and "may read 1.0" in likely.what and "that decides" in likely.cure
+    sure = findings(changed(pushed, gyr=1.1 * clean.gyr))["gyro_scale"]
+    assert sure.severity == "warning" and "reads 1.1" in sure.what and "--fix does" in sure.cure
+
+
+@pytest.mark.parametrize(("gain", "found", "sure"), [(2.9, False, False), (3.1, True, False), (8.1, True, True)])
+def test_odds_decide(gain: float, found: bool, sure: bool) -> None:
+    """Twice the logarithm of the odds, over the excess of χ² that a model leaves."""
+    assert (LIKELY, SURE) == (3.0, 8.0)
+    none, scale = (
+        Hypothesis("none", "", IDENTITY, 40.0, 0.0),
+        Hypothesis("scale", "gyr", IDENTITY, 34.0 - 2 * gain, 6.0),
+    )
+    agreement = Agreement((), (scale, none), 2.0)
+    assert agreement.gain == pytest.approx(gain)
+    assert (agreement.fault is not None, agreement.is_sure) == (found, sure)
+
+
+def test_a_force_that_is_too_small_is_told_from_a_wrong_gyroscope(clean: Recording) -> None:
+    off, doubt = scale_in_motion(changed(clean, acc=0.93 * clean.acc))
+    assert abs(off + 0.07) < 0.005 and doubt < 0.005
+    for wrong in (2.0 * clean.gyr, 0.5 * clean.gyr, clean.gyr * [1.0, -1.0, 1.0]):
+        assert scale_in_motion(changed(clean, gyr=wrong)) == (0.0, 0.0)
+
+
+def test_a_wrong_scale_of_the_accelerometer_is_no_scale_of_the_gyroscope(clean: Recording) -> None:
+    for factor in (1.1, 0.9):
+        found = findings(changed(clean, acc=factor * clean.acc))
+        assert "gyro_scale" not in found and "mounting" not in found
+
+
+def test_an_axis_that_stands_from_the_start_leaves_nothing_to_compare(clean: Recording) -> None:
+    gyr = np.array(clean.gyr)
+    gyr[:, 0] = 0.01
+    report = examine(changed(clean, gyr=gyr))
+    assert "stuck_gyr" in report.names() and not report.names() & {"axes_order", "gyro_scale", "gyro_inverted"}
+
+
+def test_an_axis_that_stands_from_the_middle_on_leaves_the_first_half(clean: Recording) -> None:
+    gyr = 1.1 * np.array(clean.gyr)
+    gyr[len(gyr) // 2 :, 0] = gyr[len(gyr) // 2, 0]
+    found = findings(changed(clean, gyr=gyr))
+    assert set(found) == {"gyro_scale"} and found["gyro_scale"].value == pytest.approx(1.1, abs=0.02)
+
+
+def test_no_accelerometer_is_late_by_a_third_of_a_second(clean: Recording) -> None:
+    """So long a delay is a filter's, whichever of the two leaves less: forces hide the difference."""
+    late = np.stack([np.interp(clean.t - 0.3, clean.t, one) for one in clean.acc.T], axis=1)
+    found = findings(changed(clean, acc=late, mag=None))
+    assert "acc_low_passed" in found and "sensor_delay" not in found
