@@ -99,7 +99,7 @@ def whatever(*_: object) -> bool:
     return True
 
 
-def near(value: float, finding: Finding, share: float = 0.05, least: float = 0.0) -> bool:
+def near(value: float, finding: Finding | Measurement, share: float = 0.05, least: float = 0.0) -> bool:
     """Whether a finding's number is the true one."""
     if finding.value is None:
         return False
@@ -203,10 +203,10 @@ def low_passed(recording: Recording, size: float, axis: int) -> Recording:
 
 
 def frequency(finding: Finding | Measurement, size: float, axis: int, clean: Clean) -> bool:
-    """Of a filter, within a factor of 1.5; or a delay, whose interval holds the filter's."""
+    """Of a filter, within a factor of 1.5 or its interval; or a delay, whose interval holds the filter's."""
     if isinstance(finding, Measurement):
-        return finding.interval[0] <= 1e3 / (2.0 * np.pi * size) <= finding.interval[1]
-    return finding.value is not None and 1 / 1.5 < finding.value / size < 1.5
+        return near(1e3 / (2.0 * np.pi * size), finding)
+    return finding.value is not None and (near(size, finding) or 1 / 1.5 < finding.value / size < 1.5)
 
 
 def stuck(role: str) -> Callable[[Recording, float, int], Recording | None]:
@@ -262,8 +262,10 @@ def iron_checked(finding: Finding, size: float, axis: int, clean: Clean) -> bool
 
 
 def shape_checked(finding: Finding, size: float, axis: int, clean: Clean) -> bool:
-    """Percent by which an axis is longer, to a quarter."""
-    return near(size, finding, 0.25, 6.0)
+    """Percent by which an axis is longer, to a quarter, with the shape that was there before."""
+    own = np.eye(3) + (clean.seen["mag"].fit.shape if "mag" in clean.seen else 0.0)
+    values = np.linalg.svd(own @ np.diag(1.0 / (1.0 + 0.01 * size * np.eye(3)[axis])), compute_uv=False)
+    return near(size, finding, 0.25, 6.0) or near(100.0 * (values[0] / values[-1] - 1.0), finding, 0.25, 6.0)
 
 
 def soft_iron(recording: Recording, size: float, axis: int) -> Recording | None:

@@ -5,7 +5,7 @@ import pytest
 from tests.inspection.test_turns import changed, findings, made
 
 from levelhead.inspection import examine
-from levelhead.inspection.agreement import IDENTITY, LIKELY, SURE, Agreement, Hypothesis
+from levelhead.inspection.agreement import IDENTITY, LIKELY_ODDS, SURE_ODDS, Agreement, Hypothesis
 from levelhead.inspection.findings import Measurement
 from levelhead.inspection.physics import scale_in_motion
 from levelhead.recording import Array, Recording
@@ -71,7 +71,7 @@ def test_a_likely_fault_is_a_note_with_a_motion_that_decides(clean: Recording) -
 @pytest.mark.parametrize(("gain", "found", "sure"), [(2.9, False, False), (3.1, True, False), (8.1, True, True)])
 def test_odds_decide(gain: float, found: bool, sure: bool) -> None:
     """Twice the logarithm of the odds, over the excess of χ² that a model leaves."""
-    assert (LIKELY, SURE) == (3.0, 8.0)
+    assert (LIKELY_ODDS, SURE_ODDS) == (3.0, 8.0)
     none, scale = (
         Hypothesis("none", "", IDENTITY, 40.0, 0.0),
         Hypothesis("scale", "gyr", IDENTITY, 34.0 - 2 * gain, 6.0),
@@ -113,3 +113,28 @@ def test_no_accelerometer_is_late_by_a_third_of_a_second(clean: Recording) -> No
     late = np.stack([np.interp(clean.t - 0.3, clean.t, one) for one in clean.acc.T], axis=1)
     found = findings(changed(clean, acc=late, mag=None))
     assert "acc_low_passed" in found and "sensor_delay" not in found
+
+
+def low_passed(recording: Recording, corner: float) -> Recording:
+    """Behind a filter of first order, by its exact response to a constant between samples."""
+    acc, share = np.array(recording.acc), 1.0 - np.exp(-2.0 * np.pi * corner / recording.rate)
+    for i in range(1, len(acc)):
+        acc[i] = acc[i - 1] + share * (acc[i] - acc[i - 1])
+    return changed(recording, acc=acc)
+
+
+@pytest.mark.parametrize("corner", [0.3, 0.5, 1.0])
+@pytest.mark.parametrize("size", [0.0, 1.0])
+def test_the_likeliest_filter_is_the_one_put_in(clean: Recording, corner: float, size: float) -> None:
+    """Forces move the zero of the delay; the likelihood they do not, eq. 1 of ``delays``."""
+    pushed = changed(clean, acc=clean.acc + push(clean, size), mag=None)
+    one = findings(low_passed(pushed, corner))["acc_low_passed"]
+    assert one.value == pytest.approx(corner, rel=0.2) and one.interval is not None
+    assert one.severity == "broken" and one.interval[0] < corner < one.interval[1]
+
+
+def test_no_filter_is_found_where_there_is_none(clean: Recording) -> None:
+    for size in (0.0, 2.0, 4.0):
+        for seed in (0, 1):
+            pushed = changed(made(seed), acc=made(seed).acc + push(clean, size), mag=None)
+            assert "acc_low_passed" not in findings(pushed)

@@ -9,11 +9,12 @@ Stat. Assoc. 90, 1995).
 """
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
+from levelhead.inspection.delays import remove_delay
 from levelhead.inspection.learned_turn import LearnedTurn, learn_turn
 from levelhead.recording import Array, Recording
 from levelhead.signals.turn_matrix import (
@@ -50,14 +51,8 @@ SEARCHED = 12  # segments on which they are
 SCALES = (0.5, 2.0)  # that are tried besides the wirings
 ASKEW = 30.0 * DEGREE  # mountings about each axis that are tried too
 BASINS = 0.9  # of the identity's residual: the limit below which another wiring starts the fit
-SHIFTED = 0.015  # s of delay, beyond which the fit is made again
-SLOW = 0.05  # s of delay, from which it may be a filter
-LONGEST_DELAY = 0.12  # s, by which an accelerometer may come late without a filter
-PROBE, STEP, STEP_OF_FILTER = 0.03, 0.08, 0.15  # s of the shortest first step, and of the longest steps
-TREATMENTS = 6  # shifts, or filters, that are tried at most
-LEAST_SHARE = 0.05  # of a shift that the delay of a fit follows: one above zero
 MAX_ROWS = 100_000  # rows that show the distribution of rates
-LIKELY, SURE = 3.0, 8.0  # of χ² + penalty, by which a fault must be better than none, to be likely and to be sure
+LIKELY_ODDS, SURE_ODDS = 3.0, 8.0  # 2 ln of the odds from which a fault is likely, and from which it is sure
 TIED = 8.0  # by which two faults differ
 
 
@@ -69,7 +64,7 @@ class Seen(NamedTuple):
         fit: the matrix, its covariance and its evidence.
         weight: the inverse of its covariance, with the errors beyond any model, (9, 9).
         contrast: how many times more is left where nothing is turned back.
-        filtered: whether the delay is the time constant of a filter rather than time.
+        low_pass: 2 ln of the odds that the delay is the time constant of a filter; 0: it is a delay.
         segments: that were compared.
     """
 
@@ -77,7 +72,7 @@ class Seen(NamedTuple):
     fit: TurnMatrix
     weight: Array
     contrast: float
-    filtered: bool
+    low_pass: float
     segments: Segments
 
 
@@ -122,12 +117,12 @@ def look(role: str, seg: Segments) -> Seen:
     if seg.scatter < CLEAR * whole.left and np.abs(whole.matrix - IDENTITY).max() > UNLIKE:
         other = _fit_from(seg, _searched(seg))
         whole = other if other.left < BASINS * whole.left else whole
-    whole, filtered = _without_delay(seg, whole, 1.0)
-    contrast = seg.scatter / max(whole.left, 1e-9)
+    whole, share, low_pass = remove_delay(seg, whole, 1.0)
+    contrast = 1.0 / max(share, 1e-9)
     floor = FLOOR + FOLLOWS / max(contrast**2 - 1.0, 1e-3)  # residual over the part that the turn explains
     covariance = whole.covariance + floor**2 * np.eye(9)
     weight = np.asarray(np.linalg.inv(covariance), dtype=np.float64)
-    return Seen(role, whole, weight, contrast, filtered, seg)
+    return Seen(role, whole, weight, contrast, low_pass, seg)
 
 
 def _fit_from(seg: Segments, starts: Sequence[Array]) -> TurnMatrix:
@@ -193,65 +188,9 @@ def _combine(seen: Seen, learned: LearnedTurn | None) -> Seen:
 def settle(seen: Seen, fault: "Hypothesis | None") -> Seen:
     """Fitted again near the M that the fault explains, so that the rest (delay, bias, iron) is known better."""
     matrix = IDENTITY if fault is None else seen.fit.matrix
-    whole, filtered = _without_delay(
-        seen.segments, fit(seen.segments, matrix, ALL_NINE, SETTLED, near=seen.fit), SETTLED
-    )
-    return seen._replace(fit=whole, filtered=filtered)
-
-
-def _without_delay(seg: Segments, whole: TurnMatrix, spread: float) -> tuple[TurnMatrix, bool]:
-    """The fit to a vector without its delay, or without the filter that it went through, and which of the two.
-
-    Each is another vector, so the share of its turn that is left decides. Where no treatment leaves less, the fit as it
-    was stays, and the distance to the zero of the delay widens its σ.
-    """
-    if not seg.is_force and abs(whole.delay) < SHIFTED:
-        return whole, False
-    shifted, treated = _remove_delay(whole, seg.shift, STEP, spread)
-    away = math.hypot(shifted.sigma[3], shifted.delay - whole.delay)
-    best, least, filtered = _widen(whole, 1.0, away), _share_left(seg, whole), False
-    if (share := _share_left(treated, shifted)) < least:
-        best, least = shifted, share
-    if seg.is_force and max(whole.delay, shifted.delay) > SLOW:
-        sharpened, treated = _remove_delay(whole, seg.sharpen, STEP_OF_FILTER, spread)
-        if shifted.delay > LONGEST_DELAY or _share_left(treated, sharpened) < least:
-            best, filtered = sharpened, True
-    return best, filtered
-
-
-def _remove_delay(
-    whole: TurnMatrix, treat: Callable[[float], Segments], longest: float, spread: float
-) -> tuple[TurnMatrix, Segments]:
-    """The fit to a vector without its delay, which secants find, and that vector.
-
-    A vector that is shifted by τ shows a delay of d(τ) = r (τ₀ − τ): forces that the arm or bounded velocities explain
-    pull it towards zero, so that r ≤ 1. They do not move its zero τ₀:
-
-        τ₀ = τ + d(τ) / r,   r = (d(τ₁) − d(τ₂)) / (τ₂ − τ₁),   σ(τ₀) = σ(d) / r                                (1)
-    """
-    one, total, step = whole, 0.0, math.copysign(min(max(abs(whole.delay), PROBE), longest), whole.delay)
-    for _ in range(TREATMENTS):
-        total += step
-        treated = treat(total)
-        before, one = one.delay, fit(treated, one.matrix, ALL_NINE, spread, near=one)
-        followed = float(np.clip((before - one.delay) / step, LEAST_SHARE, 1.0))
-        step = float(np.clip(one.delay / followed, -longest, longest))
-        if abs(step) < SHIFTED:
-            break
-    return _widen(one._replace(delay=total + one.delay / followed), followed, 0.0), treated
-
-
-def _widen(found: TurnMatrix, followed: float, away: float) -> TurnMatrix:
-    """With the σ of the delay divided by the share of a shift that it follows, and another σ added, s."""
-    covariance = found.more_covariance.copy()
-    covariance[3] /= followed
-    covariance[:, 3] /= followed
-    covariance[3, 3] += away**2
-    return found._replace(more_covariance=covariance)
-
-
-def _share_left(seg: Segments, found: TurnMatrix) -> float:
-    return found.left / max(seg.scatter, 1e-9)
+    whole = fit(seen.segments, matrix, ALL_NINE, SETTLED, near=seen.fit)
+    timed = remove_delay(seen.segments, whole, SETTLED)
+    return seen._replace(fit=timed.fit, low_pass=timed.low_pass)
 
 
 def _chi(seen: Seen, matrix: Array) -> float:
@@ -396,12 +335,12 @@ class Agreement(NamedTuple):
     @property
     def fault(self) -> Hypothesis | None:
         """The fault that is likely; None: no fault, or the motion does not show it."""
-        return self.faults[0] if self.gain > LIKELY else None
+        return self.faults[0] if self.gain > LIKELY_ODDS else None
 
     @property
     def is_sure(self) -> bool:
         """Whether the fault is beyond doubt."""
-        return self.gain > SURE
+        return self.gain > SURE_ODDS
 
     def rivals(self, fault: Hypothesis) -> list[Hypothesis]:
         """Other faults of the same kind that explain the same about as well.

@@ -29,7 +29,7 @@ START, SCALE = 6.0, 0.1  # deg/s and 1σ of a number of S, before a window
 ALONE = ESKF(bias_start=START, bias_uncalibrated=0.0, bias_walk=1e-4, tilt_start=15.0, scale_start=SCALE)
 PRIOR = np.repeat((START * DEGREE, SCALE), (3, 9))  # 1σ of the bias and of the nine numbers of S
 FLOOR = 0.1 * DEGREE  # rad/s: 1σ that no model has
-SURE = 4.5  # σ of a step between windows
+LIKELY, SURE = 3.0, 4.0  # σ of a step between windows
 SURE_SEGMENTS = {1: 6.5, 2: 5.0}  # σ, by how many sensors show the bias
 EDGE = 2  # windows or segments on each side of a step
 JUMP, WIDEST = 0.6 * DEGREE, 20.0 * DEGREE  # rad/s; 20 deg/s is the zero-rate tolerance of the MPU-6050's data sheet
@@ -87,7 +87,7 @@ class BiasWindows(NamedTuple):
 
 
 def find_jump(recording: Recording, seen: Sequence[Seen]) -> BiasJump | None:
-    """A step of the bias that is beyond doubt."""
+    """A step of the bias that is likely."""
     windows = learn_windows(recording)
     learned = None if windows is None else step_between(windows)
     return learned or _step_of_segments(seen)
@@ -99,11 +99,12 @@ def examine_bias_jump(found: BiasJump | None) -> Iterator[Finding]:
         return
     axis = found.axis
     change, spread = np.degrees(found.change[axis]), float(np.degrees(SIGMAS * found.sigma[axis]))
-    size = float(abs(change))
+    size, sure = float(abs(change)), found.sure > SURE
     yield Finding(
         "bias_jumps",
-        "warning",
-        f"the gyroscope's bias jumps by {change:+.1f} deg/s ({'xyz'[axis]}) at about {found.at:.0f} s",
+        "warning" if sure else "note",
+        f"the gyroscope's bias {'jumps' if sure else 'may jump'} by {change:+.1f} deg/s ({'xyz'[axis]}) "
+        f"at about {found.at:.0f} s",
         f"rates that gravity or the field does not show, before and after; {found.sure:.0f} σ, ±{spread:.1f} deg/s",
         "Fuse the parts one by one.",
         value=size,
@@ -136,10 +137,10 @@ def learn_windows(recording: Recording) -> BiasWindows | None:
 
 
 def step_between(windows: BiasWindows) -> BiasJump | None:
-    """The clearest step, if it is beyond doubt and S stays within the first order."""
+    """The clearest step, if it is likely and S stays within the first order."""
     splits = range(EDGE, len(windows.first) - EDGE + 1)
     best, matrix = max((_fit_step(windows, split) for split in splits), key=lambda one: one[0].sure)
-    return best if best.sure > SURE and best.is_clear and is_near(matrix) else None
+    return best if best.sure > LIKELY and best.is_clear and is_near(matrix) else None
 
 
 def _fit_step(windows: BiasWindows, split: int) -> tuple[BiasJump, Array]:

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from levelhead.inspection.agreement import SLOW, Hypothesis, Seen
+from levelhead.inspection.agreement import LIKELY_ODDS, SURE_ODDS, Hypothesis, Seen
 from levelhead.inspection.findings import Finding, Measurement
 from levelhead.inspection.mend import Mend
 from levelhead.inspection.values import NAMES
@@ -15,7 +15,8 @@ from levelhead.signals.turn_matrix import SHAPES
 SIGMAS = 1.96  # of an interval of 95 %
 LIKELY, SURE = 3.0, 4.0  # σ
 IRON_LIKELY, IRON_SURE = 3.8, 5.0  # the same of three numbers, by χ²
-LAG, LAG_SURE = 0.08, 5.0  # s, σ: of a filter in front of the accelerometer
+LAG = 0.08  # s: a filter in front of the accelerometer that is worse than a delay
+SLOW = 0.05  # s of delay, from which it may be a filter
 LAG_HIDDEN = 0.1  # s: 1σ without contrast; a walker's forces lag less than gravity
 APART, TOO_FAR = 0.012, 0.03  # s between gyroscope and accelerometer: worth a note; worse than that
 LATE, FLOOR = 0.008, 0.001  # s of a magnetometer: worth a note; 1σ that no model has
@@ -28,8 +29,8 @@ BIAS, WANDER, VAGUE = np.radians((1.0, 0.2, 2.0))  # rad/s: worth a note; 1σ th
 
 
 def _lag_sigma(force: Seen) -> float:
-    """1σ of the delay of a force, s."""
-    return float(np.hypot(force.fit.sigma[3], LAG_HIDDEN / force.contrast**2))
+    """1σ of the delay of a force, s; of a filter that of its likelihood."""
+    return float(np.hypot(force.fit.sigma[3], 0.0 if force.low_pass else LAG_HIDDEN / force.contrast**2))
 
 
 def _field_sigma(field: Seen) -> float:
@@ -81,7 +82,7 @@ def examine_delay(force: Seen, delay: Delay) -> Iterator[Finding | Measurement]:
     """Of accelerometer and gyroscope the one that comes later, or the filter behind which gravity lags."""
     measured = measure_delay("sensor_delay", "accelerometer later by", *delay[:2])
     yield measured
-    if force.filtered and force.fit.delay > max(LAG, LIKELY * _lag_sigma(force)):
+    if force.low_pass > LIKELY_ODDS and force.fit.delay > LAG:
         yield _low_pass(force)
     elif delay.is_clear:
         yield _delay(delay, measured)
@@ -110,18 +111,20 @@ def _delay(delay: Delay, measured: Measurement) -> Finding:
 
 def _low_pass(force: Seen) -> Finding:
     lag, sigma = force.fit.delay, _lag_sigma(force)
-    sure = lag > LAG_SURE * sigma
-    corner = 1.0 / (2.0 * np.pi * lag)
-    spread = SIGMAS * sigma / lag
+    sure = force.low_pass > SURE_ODDS
+    low, corner, high = (
+        1.0 / (2.0 * np.pi * max(one, 1e-3)) for one in (lag + SIGMAS * sigma, lag, lag - SIGMAS * sigma)
+    )
     return Finding(
         "acc_low_passed",
         "broken" if sure else "note",
         f"the accelerometer {'is' if sure else 'may be'} low-passed at about {corner:.2g} Hz: "
         f"gravity lags by {1e3 * lag:.0f} ms",
-        f"its turn fits the gyroscope's behind a filter of first order, ±{1e3 * SIGMAS * sigma:.0f} ms",
+        f"its turn fits the gyroscope's behind a filter of first order, ±{1e3 * SIGMAS * sigma:.0f} ms; "
+        f"2 ln of the odds {force.low_pass:.0f}",
         "Switch the filter off, or set it to 5 Hz or more; the gyroscope and the accelerometer need the same one.",
         value=corner,
-        interval=(corner * (1.0 - spread), corner * (1.0 + spread)),
+        interval=(low, high),
         unit="Hz",
         mend=Mend("acc", np.eye(3), np.zeros(3), lag=lag),
     )

@@ -458,9 +458,9 @@ def _combine(x: Array, basis: Array) -> Array:
     return made
 
 
-def _prior(seg: Segments, p: int, spread: float) -> Array:
+def _prior(seg: Segments, p: int, spread: float, delay: float = DELAY) -> Array:
     """The information of the numbers of a fit before it: p of M, the bias, and those in ``more``."""
-    more = [ARM] * 3 + [DELAY] if seg.is_force else [IRON * seg.size] * 3 + [DELAY] + [SOFT] * len(SHAPES)
+    more = [ARM] * 3 + [delay] if seg.is_force else [IRON * seg.size] * 3 + [delay] + [SOFT] * len(SHAPES)
     made: Array = np.array([spread] * p + [BIAS] * 3 + more) ** -2
     return made
 
@@ -485,13 +485,14 @@ def fit(
     basis: Array = ALL_NINE,
     spread: float = 1.0,
     near: TurnMatrix | None = None,
+    delay: float = DELAY,
 ) -> TurnMatrix:
     """The M = ``matrix`` + Σ xᵢ ``basis``ᵢ that fits best; ``basis`` (p, 3, 3), ``spread`` 1σ of each x before it.
 
-    The other numbers begin at those of ``near``, or at 0.
+    The other numbers begin at those of ``near``, or at 0. ``delay`` s: 1σ of the delay about 0.
     """
     p, m = len(basis), seg.rate.shape[1]
-    prior = _prior(seg, p, spread)
+    prior = _prior(seg, p, spread, delay)
     x, damping = np.zeros(len(prior)), 1e-3
     if near is not None:
         x[p : p + 7] = *near.bias, *near.iron, near.delay
