@@ -29,7 +29,7 @@ START, SCALE = 6.0, 0.1  # deg/s and 1σ of a number of S, before a window
 ALONE = ESKF(bias_start=START, bias_uncalibrated=0.0, bias_walk=1e-4, tilt_start=15.0, scale_start=SCALE)
 PRIOR = np.repeat((START * DEGREE, SCALE), (3, 9))  # 1σ of the bias and of the nine numbers of S
 FLOOR = 0.1 * DEGREE  # rad/s: 1σ that no model has
-LIKELY, SURE = 3.0, 4.0  # σ of a step between windows
+LIKELY, SURE = 4.0, 4.5  # σ of three numbers, the largest of many steps between windows
 SURE_SEGMENTS = {1: 6.5, 2: 5.0}  # σ, by how many sensors show the bias
 EDGE = 2  # windows or segments on each side of a step
 JUMP, WIDEST = 0.6 * DEGREE, 20.0 * DEGREE  # rad/s; 20 deg/s is the zero-rate tolerance of the MPU-6050's data sheet
