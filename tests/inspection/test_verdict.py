@@ -28,6 +28,12 @@ def test_a_drift_that_would_be_written_as_0_is_not_said() -> None:
     assert "drift about 3° a minute" in verdict(recording, [], Expectation(0.4, None, 3.0))
 
 
+def test_a_tilt_that_nothing_can_be_built_on_is_not_good() -> None:
+    recording = lh.simulate.recording("MPU-6050", "hand", duration=2.0, seed=1)
+    words = verdict(recording, [], Expectation(45.0, None, 0.01))
+    assert words == "tilt is known to 45° only, heading is relative: no magnetometer"
+
+
 def test_one_file_with_two_columns_of_time_has_no_merged_clocks(tmp_path: Path) -> None:
     made = lh.simulate.recording("MPU-6050", "hand", duration=20.0, seed=1)
     late = np.sort(made.t + np.random.default_rng(1).uniform(0.0, 0.02, len(made.t)))

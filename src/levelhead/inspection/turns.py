@@ -198,7 +198,7 @@ def _scale(recording: Recording, fault: Hypothesis, evidence: str, agreement: Ag
     value = 1.0 / factor
     interval = (1.0 / high, 1.0 / low if low > 0.0 else np.inf)
     part, verb = "" if axis is None else f"'s {'xyz'[axis]}", "reads" if sure else "may read"
-    cause = _cause(recording, interval) if axis is None and sure else ""
+    cause = "" if axis is not None else _cause(recording, interval, sure)
     cure = f"{_option(recording, factor)}; --fix does." if axis is None else "Calibrate it; --fix does."
     return Finding(
         "gyro_scale",
@@ -210,14 +210,14 @@ def _scale(recording: Recording, fault: Hypothesis, evidence: str, agreement: Ag
     )  # fmt: skip
 
 
-def _cause(recording: Recording, interval: tuple[float, float]) -> str:
-    """The known mistake with such a factor."""
+def _cause(recording: Recording, interval: tuple[float, float], sure: bool) -> str:
+    """The known mistake with such a factor; of a vague one the clock only."""
     low, high = interval
     if low < 1.0 / DEGREE < high or low < DEGREE < high:
         return ": its unit is wrong"
     causes = []
     pairs = [(wrong, right) for wrong in GYR for right in GYR if wrong != right and low < right / wrong < high]
-    if pairs:
+    if pairs and sure:
         middle = (low * high) ** 0.5
         wrong, right = min(pairs, key=lambda pair: (pair[0] not in USUAL) + abs(log(pair[1] / pair[0] / middle)))
         causes.append(f"{right:g} counts per deg/s were taken for {wrong:g}")

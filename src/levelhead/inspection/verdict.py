@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
-from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -17,12 +16,13 @@ from levelhead.track import Track
 
 EXCERPT = 60_000  # samples that are fused for the expectation, at most: some 0.2 s
 EXCERPT_PLAIN = 2_000  # without the native engine
-WINDOWS = (2.0, 4.0, 8.0)  # s over which the forces of a track are averaged
+WINDOW = 2.0  # s over which the forces of a track are averaged
 MIN_WINDOWS = 4  # that make a mean
 # deg, where a log is too short for ``expected_heading_error``
 HEADING_ADDED = {"mag_offset": 15.0, "mag_disturbed": 15.0, "mag_axes": 30.0, "mag_strength": 10.0}  # deg
 _NO_DRIFT = 0.05  # deg a minute, which would be written as 0
 SETTLED = 5.0  # s of the start that do not count
+POOR = 20.0  # deg of tilt that nothing can be built on
 
 
 class Expectation(NamedTuple):
@@ -69,9 +69,8 @@ def expectation(recording: Recording, findings: Sequence[Finding]) -> Expectatio
 def find_tilt_in_forces(t: Array, quat: Array, acc: Array) -> float:
     """RMS tilt error τ in deg that the forces of a track show; 0 where it is too short to show one.
 
-    In the earth's frame the mean force over T is gravity and Δv/T. With tilt errors that last longer than T its angle
-    from the vertical is α(T)² = τ² + (a/T)², so that τ² = (4 α(2T)² − α(T)²) / 3 for velocities that stay bounded. The
-    least over several T counts: a vehicle accelerates for long.
+    In the earth's frame the mean force over T is gravity and Δv/T. With tilt errors that last longer than 2T its angle
+    from the vertical is α(T)² = τ² + (a/T)², so that τ² = (4 α(2T)² − α(T)²) / 3 for velocities that stay bounded.
 
     Args:
         t: (n,) s.
@@ -83,16 +82,16 @@ def find_tilt_in_forces(t: Array, quat: Array, acc: Array) -> float:
         return 0.0
     since, force = (t - t[0])[known], rotate(quat[known], acc[known])
     squares = []
-    for window in WINDOWS:
+    for window in (WINDOW, 2.0 * WINDOW):
         index = (since / window).astype(np.intp)
         total = np.stack([np.bincount(index, axis)[: index[-1]] for axis in force.T], axis=1)
         total = total[total.any(axis=1)]
         if len(total) < MIN_WINDOWS:
-            break
+            return 0.0
         angle = np.degrees(np.arctan2(np.hypot(total[:, 0], total[:, 1]), total[:, 2]))
         squares.append(float((angle**2).mean()))
-    least = min(((4.0 * long - short) / 3.0 for short, long in pairwise(squares)), default=0.0)
-    return float(np.sqrt(max(0.0, least)))
+    short, long = squares
+    return float(np.sqrt(max(0.0, (4.0 * long - short) / 3.0)))
 
 
 def tilt_between(a: Array, b: Array) -> Array:
@@ -132,6 +131,8 @@ def verdict(recording: Recording, findings: Sequence[Finding], expected: Expecta
         size = "" if expected.tilt is None else f"; tilt would be off by about {expected.tilt:.2g}°"
         return f"not to be trusted as it is: {broken[0].what if broken else 'it cannot be fused'}{size}"
     words = f"good for tilt to {expected.tilt:.2g}°"
+    if expected.tilt > POOR:
+        words = f"tilt is known to {expected.tilt:.2g}° only"
     if expected.heading is not None:
         words += f", heading to {expected.heading:.2g}°"
     else:
