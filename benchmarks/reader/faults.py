@@ -239,8 +239,8 @@ def biased(recording: Recording, size: float, axis: int) -> Recording:
 
 
 def bias_checked(finding: Finding, size: float, axis: int, clean: Clean) -> bool:
-    """The largest bias, with what was there before."""
-    return finding.value is not None and abs(finding.value - size) < max(0.25 * size, 1.0)
+    """The largest bias, to a quarter or 1 deg/s, with what was there before."""
+    return near(size, finding, 0.25, 1.0)
 
 
 def iron(recording: Recording, size: float, axis: int) -> Recording | None:

@@ -39,6 +39,7 @@ def test_intervals_hold_what_was_put_in(clean: Recording) -> None:
         (changed(clean, mag=clean.mag + iron), "mag_offset", 5.0),
         (changed(clean, mag=clean.mag * [1.0, 1.03, 1.0]), "mag_shape", 3.0),
         (changed(clean, acc=0.99 * clean.acc), "acc_scale", 0.99),
+        (changed(clean, gyr=clean.gyr + np.radians([0.0, 0.3, 0.0])), "gyro_bias", 0.3),
     ):
         report = examine(recording)
         one = next(one for one in report.measured if one.name == name)

@@ -66,7 +66,8 @@ class Measurement(NamedTuple):
 
     def __str__(self) -> str:
         unit = "°" if self.unit == "deg" else f" {self.unit}" if self.unit else ""
-        value, low, high = (f"{one:.{0 if unit else 2}f}" for one in (self.value, *self.interval))
+        digits = {"": 2, "deg/s": 1}.get(self.unit, 0)
+        value, low, high = (f"{one:.{digits}f}" for one in (self.value, *self.interval))
         return f"{self.what} {value}{unit} ({low} to {high})"
 
 

@@ -255,7 +255,7 @@ def examine_shape(field: Seen, fault: Hypothesis | None) -> Iterator[Finding | M
     )
 
 
-def examine_bias(seen: Sequence[Seen]) -> Iterator[Finding]:
+def examine_bias(seen: Sequence[Seen]) -> Iterator[Finding | Measurement]:
     """The gyroscope's bias in motion: the rate that gravity and the field do not show."""
     if not seen:
         return
@@ -268,9 +268,12 @@ def examine_bias(seen: Sequence[Seen]) -> Iterator[Finding]:
     bias = sum(weight * one for weight, (one, _) in zip(weights, made, strict=True)) / total
     sigma = total**-0.5
     axis = int(np.abs(bias).argmax())
+    size, spread_deg = float(np.degrees(np.abs(bias[axis]))), float(np.degrees(SIGMAS * sigma[axis]))
+    largest = float(np.degrees((np.abs(bias) + SIGMAS * sigma).max()))
+    interval = (max(0.0, size - spread_deg), largest)
+    yield Measurement("gyro_bias", "largest bias of the gyroscope in motion", size, interval, 0.0, "deg/s")
     if abs(bias[axis]) < BIAS + LIKELY * sigma[axis]:
         return
-    size, spread_deg = float(np.degrees(np.abs(bias[axis]))), float(np.degrees(SIGMAS * sigma[axis]))
     yield Finding(
         "gyro_bias",
         "note",
