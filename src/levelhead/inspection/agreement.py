@@ -244,7 +244,7 @@ def faults(seen: Sequence[Seen], fastest: float = 0.0) -> list[Hypothesis]:
     return sorted(made, key=lambda one: one.score)
 
 
-def find_scale(seen: Sequence[Seen]) -> tuple[float, float, float]:
+def fit_scale(seen: Sequence[Seen]) -> tuple[float, float, float]:
     """(factor that makes the gyroscope right, its 1σ, χ²)."""
     chi, x, covariance = _minimum([(one, IDENTITY) for one in seen], IDENTITY[None])
     return float(x[0]), float(covariance[0, 0] ** 0.5), chi
@@ -252,7 +252,7 @@ def find_scale(seen: Sequence[Seen]) -> tuple[float, float, float]:
 
 def _scales(seen: Sequence[Seen], fastest: float) -> Iterator[Hypothesis]:
     """The gyroscope times a factor, in another unit, or one of its axes times a factor."""
-    factor, sigma, chi = find_scale(seen)
+    factor, sigma, chi = fit_scale(seen)
     turns = factor > MIN_SCALE_SIGMAS * sigma
     explained = turns or fastest > BEYOND or max(one.contrast for one in seen) > CLEAR or _is_small_unit(seen)
     if turns:

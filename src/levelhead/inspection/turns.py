@@ -5,7 +5,7 @@ from math import degrees, log
 
 import numpy as np
 
-from levelhead.inspection.agreement import Agreement, Hypothesis, Seen, agree, angle_of, find_scale, settle
+from levelhead.inspection.agreement import Agreement, Hypothesis, Seen, agree, angle_of, fit_scale, settle
 from levelhead.inspection.bias_jump import BiasJump, examine_bias_jump, find_jump, leaves_less
 from levelhead.inspection.findings import Finding, Measurement
 from levelhead.inspection.mend import turn
@@ -73,7 +73,7 @@ def _measure(agreement: Agreement) -> Iterator[Measurement]:
         return
     kind = agreement.fault.kind if agreement.fault else "none"
     if kind in ("none", "scale"):
-        factor, sigma, _ = find_scale(agreement.seen)
+        factor, sigma, _ = fit_scale(agreement.seen)
         spread = SIGMAS * sigma * agreement.excess**0.5
         if factor > spread:
             interval = (1.0 / (factor + spread), 1.0 / (factor - spread))
@@ -83,7 +83,8 @@ def _measure(agreement: Agreement) -> Iterator[Measurement]:
         if askew is not None:
             angle, sigmas = degrees(angle_of(askew.matrix)), SIGMAS * agreement.excess**0.5
             widest = float(np.linalg.eigvalsh(askew.covariance)[-1] ** 0.5)
-            interval = (max(0.0, angle - degrees(sigmas * askew.sigma)), angle + degrees(sigmas * widest))
+            low, high = angle - degrees(sigmas * askew.sigma), angle + degrees(sigmas * widest)
+            interval = (max(0.0, low), min(180.0, high))
             yield Measurement("mounting", "accelerometer askew by", angle, interval, 0.0, "deg")
 
 
