@@ -56,7 +56,7 @@ def test_an_interval_is_wide_where_forces_hide_the_turn(clean: Recording) -> Non
 
 def test_the_report_prints_each_measurement(clean: Recording) -> None:
     report = examine(clean)
-    assert "measured, with 95 %: scale of the gyroscope 1.00 (0.9" in str(report)
+    assert "measured: scale of the gyroscope 1.00 (95 %: 0.9" in str(report)
     told = report.to_dict()["measured"]
     assert [one["name"] for one in told] == [one.name for one in report.measured]  # type: ignore[index, union-attr]
 

@@ -68,7 +68,7 @@ class Measurement(NamedTuple):
         unit = "°" if self.unit == "deg" else f" {self.unit}" if self.unit else ""
         digits = {"": 2, "deg/s": 1}.get(self.unit, 0)
         value, low, high = (f"{one:.{digits}f}" for one in (self.value, *self.interval))
-        return f"{self.what} {value}{unit} ({low} to {high})"
+        return f"{self.what} {value}{unit} (95 %: {low} to {high})"
 
 
 @dataclass(frozen=True)
@@ -146,8 +146,7 @@ class Report:
             return self.verdict if self.source in self.verdict else f"{self.source}: {self.verdict}"
         lines = [f"{self.source}: {self.verdict}", repr(self.recording)]
         lines += [str(one) for one in self.findings]
-        if self.measured:
-            lines.append(f"measured, with 95 %: {'; '.join(str(one) for one in self.measured)}")
+        lines += [f"measured: {one}" for one in self.measured]
         lines += [f"not known: {sentence}" for sentence in self.unknown]
         lines += [f"read: {note}" for note in self.recording.meta.get("notes", ())]
         return "\n".join(lines)
