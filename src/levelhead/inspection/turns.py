@@ -222,7 +222,8 @@ def _cause(recording: Recording, interval: tuple[float, float], sure: bool) -> s
         middle = (low * high) ** 0.5
         wrong, right = min(pairs, key=lambda pair: (pair[0] not in USUAL) + abs(log(pair[1] / pair[0] / middle)))
         causes.append(f"{right:g} counts per deg/s were taken for {wrong:g}")
-    causes.append(f"the clock is wrong, {recording.rate:.3g} Hz for {recording.rate * (low * high) ** 0.5:.3g} Hz")
+    rate = recording.rate * (low * high) ** 0.5
+    causes.append(f"the clock {'is' if sure else 'may be'} wrong, {recording.rate:.3g} Hz for {rate:.3g} Hz")
     return f": {' or '.join(causes)}"
 
 
