@@ -1,13 +1,17 @@
 """Numbers that the doctor prints with their interval, and how sure a finding is."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from tests.inspection.test_turns import changed, findings, made
 
+import levelhead as lh
 from levelhead.inspection import examine
 from levelhead.inspection.agreement import IDENTITY, LIKELY_ODDS, SURE_ODDS, Agreement, Hypothesis
 from levelhead.inspection.findings import Measurement
 from levelhead.inspection.physics import scale_in_motion
+from levelhead.inspection.repair import repair
 from levelhead.recording import Array, Recording
 
 
@@ -139,3 +143,23 @@ def test_no_filter_is_found_where_there_is_none(clean: Recording) -> None:
         for seed in (0, 1):
             pushed = changed(made(seed), acc=made(seed).acc + push(clean, size), mag=None)
             assert "acc_low_passed" not in findings(pushed)
+
+
+def test_a_filter_is_mended_where_it_proves_to_be(clean: Recording) -> None:
+    mended, changes = repair(examine(low_passed(changed(clean, mag=None), 0.5)))
+    assert [one.startswith("mended: the accelerometer is low-passed") for one in changes] == [True]
+    inner = slice(50, -50)
+    assert np.abs(mended.acc - clean.acc)[inner].mean() < 0.3
+
+
+@pytest.mark.full
+@pytest.mark.parametrize(("name", "corner", "proved"), [("AR", 0.3, True), ("FrontPocket", 0.5, False)])
+def test_a_mend_that_adds_noise_only_is_refused(data_dir: Path, name: str, corner: float, proved: bool) -> None:
+    """Of a walker the mended track has 2.3° of tilt for 1.2°, though the residual of the turn is smaller."""
+    log = data_dir / "truth" / "tyrex" / f"Guillaume_{'Nexus5_NoDist' if proved else 'iPhone5_Dist'}_{name}.npz"
+    if not log.exists():
+        pytest.skip("no recordings with truth here: $LEVELHEAD_DATA holds none")
+    _, changes = repair(examine(low_passed(lh.read(log), corner)))
+    said = [one for one in changes if "low-passed" in one]
+    assert len(said) == 1 and said[0].startswith("mended" if proved else "not mended")
+    assert ("noise grows" in said[0]) is not proved

@@ -10,11 +10,12 @@ from levelhead.errors import LevelheadError
 from levelhead.inspection.findings import Finding, Report
 from levelhead.inspection.mend import Mend
 from levelhead.inspection.turns import examine_turns
+from levelhead.inspection.verdict import expectation
 from levelhead.open_types import JsonObject
 from levelhead.recording import Recording
 from levelhead.signals.turn_matrix import NONE, cut, fit, left_as_read
 
-BETTER = 1.15  # times less that must be left, for a change
+BETTER = 1.15  # times less that must be left, or tilt that must be expected, for a change
 SAME = 0.15  # by which the mends of a half and of the whole may differ
 
 
@@ -72,12 +73,22 @@ def repair(report: Report) -> tuple[Recording, list[str]]:
                 proof = f"found in one half, it leaves {better:.2f} times less in the other; expected {BETTER}"
             changes.append(f"not mended: {one.what} ({proof})")
             continue
-        recording = mend.apply(recording)
+        mended = mend.apply(recording)
+        if mend.lag and not _levels(recording, mended):
+            changes.append(f"not mended: {one.what} (the expected tilt would hardly be less: noise grows)")
+            continue
+        recording = mended
         changes.append(
             f"mended: {one.what}; on the half that did not show it the residual between gyroscope and "
             f"{'field' if mend.role == 'mag' else 'gravity'} is {better:.1f} times smaller"
         )
     return recording, changes
+
+
+def _levels(before: Recording, after: Recording) -> bool:
+    """Whether a track of the mended readings is expected to have clearly less tilt."""
+    tilts = [expectation(one, ()).tilt for one in (before, after)]
+    return tilts[0] is not None and tilts[1] is not None and tilts[0] > BETTER * tilts[1]
 
 
 def _gain(recording: Recording, mend: Mend) -> float | None:
