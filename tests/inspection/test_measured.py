@@ -8,11 +8,12 @@ from tests.inspection.test_turns import changed, findings, made
 
 import levelhead as lh
 from levelhead.inspection import examine
-from levelhead.inspection.agreement import IDENTITY, LIKELY_ODDS, SURE_ODDS, Agreement, Hypothesis
+from levelhead.inspection.agreement import IDENTITY, LIKELY_ODDS, SURE_ODDS, Agreement, Hypothesis, Seen, faults
 from levelhead.inspection.findings import Measurement
 from levelhead.inspection.physics import scale_in_motion
 from levelhead.inspection.repair import repair
 from levelhead.recording import Array, Recording
+from levelhead.signals.turn_matrix import cut, fit
 
 
 @pytest.fixture(scope="module")
@@ -86,6 +87,26 @@ def test_odds_decide(gain: float, found: bool, sure: bool) -> None:
     assert (agreement.fault is not None, agreement.is_sure) == (found, sure)
 
 
+def test_a_fault_of_the_gyroscope_is_one_for_all_sensors(clean: Recording) -> None:
+    """A person on a turning chair: forces of the arm show 1.9 times the turn about z, the field shows it right."""
+    segments = cut(clean.t, clean.gyr, clean.acc, True)
+    assert segments is not None
+    one = fit(segments, IDENTITY)
+    turning = np.diag([1.0, 1.0, 1.9])
+
+    def judge(*matrices: Array) -> Agreement:
+        seen = [
+            Seen(role, one._replace(matrix=matrix), np.eye(9) / 0.05**2, 10.0, 0.0, segments)
+            for role, matrix in zip(("acc", "mag"), matrices, strict=False)
+        ]
+        judged = faults(seen)
+        return Agreement(seen, judged, max(1.0, judged[0].chi / (9.0 * len(seen))))
+
+    agreed, contrary = judge(turning, turning), judge(turning, IDENTITY)
+    assert agreed.fault is not None and agreed.fault.kind == "axis_scale" and agreed.is_sure
+    assert contrary.fault is None and contrary.is_contradictory
+
+
 def test_a_force_that_is_too_small_is_told_from_a_wrong_gyroscope(clean: Recording) -> None:
     off, doubt = scale_in_motion(changed(clean, acc=0.93 * clean.acc))
     assert abs(off + 0.07) < 0.005 and doubt < 0.005
@@ -150,6 +171,15 @@ def test_a_filter_is_mended_where_it_proves_to_be(clean: Recording) -> None:
     assert [one.startswith("mended: the accelerometer is low-passed") for one in changes] == [True]
     inner = slice(50, -50)
     assert np.abs(mended.acc - clean.acc)[inner].mean() < 0.3
+
+
+@pytest.mark.full
+def test_sensors_that_contradict_each_other_leave_no_fault(data_dir: Path) -> None:
+    log = data_dir / "wild2" / "xio_fusion.csv"
+    if not log.exists():
+        pytest.skip("no log of x-io here: $LEVELHEAD_DATA holds none")
+    found = {one.name: one for one in lh.inspect(log).findings}
+    assert "gyro_scale" not in found and "no fault explains" in found["acc_gyr_test_invalid"].what
 
 
 @pytest.mark.full

@@ -53,6 +53,7 @@ ASKEW = 30.0 * DEGREE  # mountings about each axis that are tried too
 BASINS = 0.9  # of the identity's residual: the limit below which another wiring starts the fit
 MAX_ROWS = 100_000  # rows that show the distribution of rates
 LIKELY_ODDS, SURE_ODDS = 3.0, 8.0  # 2 ln of the odds from which a fault is likely, and from which it is sure
+MAX_EXCESS = 6.0  # χ² a number, beyond which no fault explains the readings
 TIED = 8.0  # by which two faults differ
 
 
@@ -236,12 +237,18 @@ def faults(seen: Sequence[Seen], fastest: float = 0.0) -> list[Hypothesis]:
             rest = sum(_chi(other, IDENTITY) for other in seen if other is not one)
             made.append(Hypothesis("wiring", role, inverse, rest + _chi(one, proper), penalty))
     made += [*_scales(seen, fastest), *_mountings(seen)]
+    made = [one for one in made if one.role != "gyr" or not _is_contradicted(seen, one.matrix)]
     if fastest > BEYOND:  # no gyroscope measures that: it must be scaled down
         made = [
             one if np.abs(one.matrix).max() * fastest < BEYOND else one._replace(penalty=one.penalty + IMPOSSIBLE)
             for one in made
         ]
     return sorted(made, key=lambda one: one.score)
+
+
+def _is_contradicted(seen: Sequence[Seen], matrix: Array) -> bool:
+    """Whether a fault of the gyroscope, which each sensor would see, makes the evidence of one much worse."""
+    return any(_chi(one, matrix) - _chi(one, IDENTITY) > CONTRARY for one in seen)
 
 
 def fit_scale(seen: Sequence[Seen]) -> tuple[float, float, float]:
@@ -335,7 +342,12 @@ class Agreement(NamedTuple):
     @property
     def fault(self) -> Hypothesis | None:
         """The fault that is likely; None: no fault, or the motion does not show it."""
-        return self.faults[0] if self.gain > LIKELY_ODDS else None
+        return self.faults[0] if self.gain > LIKELY_ODDS and not self.is_contradictory else None
+
+    @property
+    def is_contradictory(self) -> bool:
+        """Whether the sensors disagree as no fault explains."""
+        return self.excess > MAX_EXCESS
 
     @property
     def is_sure(self) -> bool:

@@ -50,7 +50,7 @@ def examine_turns(recording: Recording, most: int = MAX_SEGMENTS) -> Iterator[Fi
             yield _mounting(fault, evidence, agreement)
         else:
             yield _wiring(fault, agreement.rivals(fault), evidence, sure)
-    yield from _examine_contrast(force, fault)
+    yield from _examine_contrast(agreement, force)
     yield from _measure(agreement)
     settled = {one.role: settle(one, fault) for one in agreement.seen}
     late = 0.0  # s, of the gyroscope
@@ -69,7 +69,7 @@ def examine_turns(recording: Recording, most: int = MAX_SEGMENTS) -> Iterator[Fi
 
 def _measure(agreement: Agreement) -> Iterator[Measurement]:
     """Scale and mounting of the gyroscope beside gravity; nothing beside axes in a wrong order."""
-    if not agreement.seen:
+    if not agreement.seen or agreement.is_contradictory:
         return
     kind = agreement.fault.kind if agreement.fault else "none"
     if kind in ("none", "scale"):
@@ -88,8 +88,8 @@ def _measure(agreement: Agreement) -> Iterator[Measurement]:
             yield Measurement("mounting", "accelerometer askew by", angle, interval, 0.0, "deg")
 
 
-def _examine_contrast(force: Seen | None, fault: Hypothesis | None) -> Iterator[Finding]:
-    """Whether the turn of gravity was seen at all."""
+def _examine_contrast(agreement: Agreement, force: Seen | None) -> Iterator[Finding]:
+    """Whether the turn of gravity was seen at all, and some fault or none explains it."""
     if force is None:
         yield Finding(
             "acc_gyr_test_invalid",
@@ -98,7 +98,15 @@ def _examine_contrast(force: Seen | None, fault: Hypothesis | None) -> Iterator[
             f"fewer than {MIN_SEGMENTS} stretches of {SHORTEST:g} s have no gap and no missing reading",
             f"Record {10 * SHORTEST:g} s of motion or more.",
         )
-    elif fault is None and force.contrast < CONTRAST:
+    elif agreement.is_contradictory:
+        yield Finding(
+            "acc_gyr_test_invalid",
+            "note",
+            "accelerometer and gyroscope cannot be compared: no fault explains how they disagree",
+            f"χ² {agreement.faults[0].chi:.0f} of {9 * len(agreement.seen)} numbers for the likeliest",
+            f"{DECIDES}.",
+        )
+    elif agreement.fault is None and force.contrast < CONTRAST:
         yield Finding(
             "acc_gyr_test_invalid",
             "note",
