@@ -43,6 +43,7 @@ UNITS = (DEGREE, 1.0 / DEGREE)  # factors that people take one unit for another 
 UNIT_SIGMA = 0.01  # of such a factor, as a share of it
 BEYOND = 4000.0 * DEGREE  # rad/s: the widest range of gyroscopes in use (data sheet of the LSM6DSV)
 RARE, IMPOSSIBLE = 0.01, 60.0  # share of rates beyond it that are spikes; penalty of more of them
+CONTRAST = 1.5  # below which forces hide the turn of gravity
 CLEAR, LONG = 5.0, 3  # contrast below which segments LONG times as long are looked at: their velocities stay as small
 CANDIDATES = 3  # wirings that are fitted
 TRIED = 6  # turns that are tried with a whole fit of the residual of M

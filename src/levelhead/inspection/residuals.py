@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from levelhead.inspection.agreement import LIKELY_ODDS, SURE_ODDS, Hypothesis, Seen
+from levelhead.inspection.agreement import CONTRAST, LIKELY_ODDS, SURE_ODDS, Hypothesis, Seen
 from levelhead.inspection.findings import Finding, Measurement
 from levelhead.inspection.mend import Mend
 from levelhead.inspection.values import NAMES
@@ -78,12 +78,16 @@ def measure_delay(name: str, what: str, seconds: float, sigma: float) -> Measure
     return Measurement(name, what, value, (value - spread, value + spread), 0.0, "ms")
 
 
-def examine_delay(force: Seen, delay: Delay) -> Iterator[Finding | Measurement]:
-    """Of accelerometer and gyroscope the one that comes later, or the filter behind which gravity lags."""
+def examine_delay(force: Seen, delay: Delay, excess: float) -> Iterator[Finding | Measurement]:
+    """Of accelerometer and gyroscope the one that comes later, or the filter behind which gravity lags.
+
+    The odds for a filter are over the ``excess`` of χ², as those for the other faults.
+    """
     measured = measure_delay("sensor_delay", "accelerometer later by", *delay[:2])
     yield measured
-    if force.low_pass > LIKELY_ODDS and force.fit.delay > LAG:
-        yield _low_pass(force)
+    odds = force.low_pass / excess
+    if odds > LIKELY_ODDS and force.fit.delay > LAG:
+        yield _low_pass(force, odds)
     elif delay.is_clear:
         yield _delay(delay, measured)
 
@@ -109,9 +113,9 @@ def _delay(delay: Delay, measured: Measurement) -> Finding:
     )
 
 
-def _low_pass(force: Seen) -> Finding:
+def _low_pass(force: Seen, odds: float) -> Finding:
     lag, sigma = force.fit.delay, _lag_sigma(force)
-    sure = force.low_pass > SURE_ODDS
+    sure = odds > SURE_ODDS and force.contrast > CONTRAST
     low, corner, high = (
         1.0 / (2.0 * np.pi * max(one, 1e-3)) for one in (lag + SIGMAS * sigma, lag, lag - SIGMAS * sigma)
     )
@@ -121,7 +125,7 @@ def _low_pass(force: Seen) -> Finding:
         f"the accelerometer {'is' if sure else 'may be'} low-passed at about {corner:.2g} Hz: "
         f"gravity lags by {1e3 * lag:.0f} ms",
         f"its turn fits the gyroscope's behind a filter of first order, ±{1e3 * SIGMAS * sigma:.0f} ms; "
-        f"2 ln of the odds {force.low_pass:.0f}",
+        f"2 ln of the odds {odds:.0f}",
         "Switch the filter off, or set it to 5 Hz or more; the gyroscope and the accelerometer need the same one.",
         value=corner,
         interval=(low, high),

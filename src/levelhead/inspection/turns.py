@@ -5,7 +5,7 @@ from math import degrees, log
 
 import numpy as np
 
-from levelhead.inspection.agreement import Agreement, Hypothesis, Seen, agree, angle_of, fit_scale, settle
+from levelhead.inspection.agreement import CONTRAST, Agreement, Hypothesis, Seen, agree, angle_of, fit_scale, settle
 from levelhead.inspection.bias_jump import BiasJump, examine_bias_jump, find_jump, leaves_less
 from levelhead.inspection.findings import Finding, Measurement
 from levelhead.inspection.mend import turn
@@ -27,7 +27,6 @@ from levelhead.units import DEGREE
 
 GROSS = log(1.3)  # of a scale, and
 GROSS_ANGLE = 10.0  # deg of a mounting, from which the orientation is wrong rather than worse
-CONTRAST = 1.5  # below which forces hide the turn of gravity
 SIGMAS = 1.96  # of an interval of 95 %
 DECIDES = "Turn it slowly by 90° about each axis and back: that decides"
 USUAL = (131.0, 65.5, 32.8, 16.4)  # counts per deg/s
@@ -57,7 +56,7 @@ def examine_turns(recording: Recording, most: int = MAX_SEGMENTS) -> Iterator[Fi
     if "acc" in settled:
         delay = find_delay(settled["acc"], settled.get("mag"))
         late = max(0.0, -delay.seconds) if delay.is_clear else 0.0
-        yield from examine_delay(settled["acc"], delay)
+        yield from examine_delay(settled["acc"], delay, agreement.excess)
     if "mag" in settled:
         yield from examine_field_delay(settled["mag"], late)
         yield from examine_iron(settled["mag"], fault)
