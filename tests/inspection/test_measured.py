@@ -88,7 +88,7 @@ def test_odds_decide(gain: float, found: bool, sure: bool) -> None:
 
 
 def test_a_fault_of_the_gyroscope_is_one_for_all_sensors(clean: Recording) -> None:
-    """A person on a turning chair: forces of the arm show 1.9 times the turn about z, the field shows it right."""
+    """A steady turn at an arm's length: forces show 1.9 times the turn about z, the field shows it right."""
     segments = cut(clean.t, clean.gyr, clean.acc, True)
     assert segments is not None
     one = fit(segments, IDENTITY)
