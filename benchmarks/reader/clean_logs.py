@@ -25,9 +25,6 @@ from levelhead.sources.interpret.magnetometer import mag_unit
 from levelhead.units import GRAVITY, factor
 
 IRON = 0.08  # of the field, as the finding's own bound
-LIKELY = (
-    "gyro_scale", "mounting", "axes_order", "gyro_inverted", "mag_axes", "mag_offset", "mag_shape", "acc_low_passed",
-)  # fmt: skip
 MOST_ROWS = 20_000
 
 
@@ -173,7 +170,7 @@ def main() -> None:
         findings = examine(known.recording, name).findings
         warnings = [one for one in findings if one.severity != "note"]
         for one in findings:
-            if one.severity == "note" and one.name in LIKELY:
+            if not one.sure:
                 likely[one.name] += 1
                 print(f"{name:44} {one.name:14} likely: {one.what}")
         false = 0

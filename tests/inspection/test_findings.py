@@ -135,8 +135,10 @@ def test_an_offset_of_the_magnetometer_that_a_room_full_of_iron_makes_is_none(cl
 
 
 def test_scale_in_motion_is_that_of_the_accelerometer(clean: Recording) -> None:
-    off, doubt = scale_in_motion(changed(clean, acc=1.07 * clean.acc))
-    assert abs(off - 0.07) < 0.02 and doubt < 0.01  # the data sheet allows an offset of 0.02 g
+    found = scale_in_motion(changed(clean, acc=1.07 * clean.acc))
+    assert (
+        found is not None and abs(found.ratio - 1.07) < 0.02 and found.sigma < 0.01
+    )  # the data sheet allows an offset of 0.02 g
 
 
 def test_samples_held_in_motion(clean: Recording) -> None:

@@ -102,7 +102,7 @@ def examine_bias_jump(found: BiasJump | None) -> Iterator[Finding]:
     size, sure = float(abs(change)), found.sure > SURE
     yield Finding(
         "bias_jumps",
-        "warning" if sure else "note",
+        "warning",
         f"the gyroscope's bias {'jumps' if sure else 'may jump'} by {change:+.1f} deg/s ({'xyz'[axis]}) "
         f"at about {found.at:.0f} s",
         f"rates that gravity or the field does not show, before and after; {found.sure:.0f} σ, ±{spread:.1f} deg/s",
@@ -111,6 +111,7 @@ def examine_bias_jump(found: BiasJump | None) -> Iterator[Finding]:
         interval=(max(0.0, size - spread), size + spread),
         unit="deg/s",
         mend=found.mend,
+        sure=sure,
     )
 
 

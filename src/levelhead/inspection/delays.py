@@ -35,7 +35,7 @@ class Timed(NamedTuple):
     """A fit to a vector without its delay, or without its filter.
 
     Attributes:
-        fit: its delay is that which was taken out, or the time constant.
+        fit: its delay, s, is that which was taken out, or the time constant.
         share: s of eq. 1.
         low_pass: 2 ln of the odds for a filter; 0: a delay.
     """
@@ -117,7 +117,7 @@ def _find_filter(seg: Segments, whole: TurnMatrix, spread: float) -> Timed | Non
     if best in (0.0, LAGS[-1]):
         return None
     for _ in range(REFINEMENTS):
-        vertex, curvature = _parabola(tried, best)
+        vertex, _ = _parabola(tried, best)
         if abs(vertex - best) < CLOSE:
             break
         tried[vertex] = sharpen(vertex)
@@ -135,7 +135,7 @@ def _find_filter(seg: Segments, whole: TurnMatrix, spread: float) -> Timed | Non
 
 
 def _parabola(tried: dict[float, tuple[float, TurnMatrix]], best: float) -> tuple[float, float]:
-    """(abscissa of the least value, second derivative) of the parabola through the best point and its neighbours."""
+    """(s, s⁻²) time constant of the least value, and second derivative, of the parabola through three neighbours."""
     order = sorted(tried)
     at = order.index(best)
     x: Array = np.array(order[at - 1 : at + 2])

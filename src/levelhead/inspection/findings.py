@@ -26,6 +26,7 @@ class Finding:
         interval: where the value lies with 95 %.
         unit: of the value; "" for a ratio.
         mend: a repair of the readings; None: no known one.
+        sure: False: it is only likely, and so a note.
     """
 
     name: str
@@ -38,6 +39,11 @@ class Finding:
     interval: tuple[float, float] | None = None
     unit: str = ""
     mend: Mend | None = None
+    sure: bool = True
+
+    def __post_init__(self) -> None:
+        if not self.sure:
+            object.__setattr__(self, "severity", "note")
 
     def __str__(self) -> str:
         where = "" if self.rows is None else f" (rows {self.rows[0]} to {self.rows[1]})"
@@ -66,7 +72,7 @@ class Measurement(NamedTuple):
 
     def __str__(self) -> str:
         unit = "°" if self.unit == "deg" else f" {self.unit}" if self.unit else ""
-        digits = {"": 2, "deg/s": 1}.get(self.unit, 0)
+        digits = {"": 3, "deg/s": 1}.get(self.unit, 0)
         value, low, high = (f"{one:.{digits}f}" for one in (self.value, *self.interval))
         return f"{self.what} {value}{unit} (95 %: {low} to {high})"
 
@@ -134,6 +140,7 @@ class Report:
                     "value": one.value,
                     "interval": one.interval,
                     "unit": one.unit,
+                    "sure": one.sure,
                 }
                 for one in self.findings
             ],

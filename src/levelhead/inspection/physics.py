@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -66,21 +67,20 @@ def examine_rest(recording: Recording) -> Iterator[Finding | Measurement]:
             "the sensor hardly rests: its bias must be learned in motion",
             f"{100 * share:.0f} % at rest",
         )
-    off, sigma = find_scale(recording, still)
-    interval = (1.0 + off - 2.0 * sigma, 1.0 + off + 2.0 * sigma)
-    if off:
-        yield Measurement("acc_scale", "scale of the accelerometer", 1.0 + off, interval, 1.0)
-    if abs(off) > SCALE + MIN_SIGMAS * sigma:
-        in_motion = f"mean over {STRIDES:g} s, turned back by the gyroscope, ±{100 * sigma:.1f} %"
+    found = find_scale(recording, still)
+    if found is not None:
+        yield Measurement("acc_scale", "force over gravity", found.ratio, found.interval, 1.0)
+    if found is not None and found.is_wrong:
+        in_motion = f"mean over {STRIDES:g} s, turned back by the gyroscope, ±{100 * found.sigma:.1f} %"
         yield Finding(
             "acc_scale",
             "warning",
-            f"the accelerometer feels {GRAVITY * (1 + off):.3f} m/s² "
-            f"{'in motion' if sigma else 'at rest'}, {100 * off:+.1f} %",
-            in_motion if sigma else f"median length, {100 * share:.0f} % at rest",
+            f"the accelerometer feels {GRAVITY * found.ratio:.3f} m/s² "
+            f"{'at rest' if found.at_rest else 'in motion'}, {100 * (found.ratio - 1.0):+.1f} %",
+            f"median length, {100 * share:.0f} % at rest" if found.at_rest else in_motion,
             "Calibrate it: six positions, or ESKF with a prior.",
-            value=1.0 + off,
-            interval=interval,
+            value=found.ratio,
+            interval=found.interval,
         )
     if still.sum() > MIN_STILL:
         bias = np.array([median(axis) for axis in recording.gyr[still].T])
@@ -109,11 +109,38 @@ def _hardly_turns(recording: Recording) -> bool:
     return float(np.nanquantile(rate, 0.99)) < MAX_HELD and float(np.nanquantile(away, 0.99)) < MAX_HELD
 
 
-def find_scale(recording: Recording, still: NDArray[np.bool_]) -> tuple[float, float]:
-    """(excess of the accelerometer over gravity, its 1σ) as shares of gravity: at rest, σ = 0, or in motion."""
-    if still.sum() > MIN_STILL:
-        return median(np.linalg.norm(recording.acc[still], axis=1)) / GRAVITY - 1.0, 0.0
-    return scale_in_motion(recording)
+class ForceScale(NamedTuple):
+    """The length of the specific force over gravity.
+
+    Attributes:
+        ratio: 1 for a right accelerometer.
+        sigma: 1σ of it, by the scatter of means over ``STRIDES``.
+        at_rest: whether the sensor rested, or gravity is the mean force of a motion.
+    """
+
+    ratio: float
+    sigma: float
+    at_rest: bool
+
+    @property
+    def interval(self) -> tuple[float, float]:
+        """Where the ratio lies with 95 %."""
+        return self.ratio - 2.0 * self.sigma, self.ratio + 2.0 * self.sigma
+
+    @property
+    def is_wrong(self) -> bool:
+        """Whether it is worth a warning."""
+        return abs(self.ratio - 1.0) > SCALE + (0.0 if self.at_rest else MIN_SIGMAS * self.sigma)
+
+
+def find_scale(recording: Recording, still: NDArray[np.bool_]) -> ForceScale | None:
+    """At rest in the rows ``still`` (n,), or in motion; None: the motion does not show it."""
+    if still.sum() <= MIN_STILL:
+        return scale_in_motion(recording)
+    lengths = np.linalg.norm(recording.acc[still], axis=1) / GRAVITY
+    blocks = np.array_split(lengths, max(1, round(len(lengths) / (STRIDES * recording.rate))))
+    means = np.array([one.mean() for one in blocks]) if len(blocks) > 1 else lengths
+    return ForceScale(median(lengths), float(means.std() / np.sqrt(len(blocks))), True)
 
 
 def scale_to_gravity(recording: Recording) -> Recording:
@@ -121,12 +148,12 @@ def scale_to_gravity(recording: Recording) -> Recording:
 
     A filter takes a force that is too long for acceleration.
     """
-    off, sigma = find_scale(recording, rest_rows(recording))
-    return replace(recording, acc=recording.acc / (1.0 + off)) if abs(off) > SCALE + MIN_SIGMAS * sigma else recording
+    found = find_scale(recording, rest_rows(recording))
+    return recording if found is None or not found.is_wrong else replace(recording, acc=recording.acc / found.ratio)
 
 
-def scale_in_motion(recording: Recording) -> tuple[float, float]:
-    """(excess over gravity, its 1σ) as shares of gravity, from a motion without rest; (0, 0) if that shows nothing.
+def scale_in_motion(recording: Recording) -> ForceScale | None:
+    """From a motion without rest; None if that shows nothing.
 
     A wrong gyroscope makes the mean shorter, the more so the longer the window; a scale makes all windows alike.
     """
@@ -136,11 +163,11 @@ def scale_in_motion(recording: Recording) -> tuple[float, float]:
         acc[clipping.rows] = np.nan
     short, long = (mean_forces(t, gyr, acc, window).length / GRAVITY for window in (0.5 * STRIDES, STRIDES))
     if len(long) < MIN_WINDOWS:
-        return 0.0, 0.0
-    off = float(long.mean() - 1.0)
-    if off < 0.0 and float(short.mean() - long.mean()) > MAX_SHRINKAGE * abs(off):
-        return 0.0, 0.0
-    return off, float(long.std() / np.sqrt(len(long)))
+        return None
+    ratio = float(long.mean())
+    if ratio < 1.0 and float(short.mean()) - ratio > MAX_SHRINKAGE * (1.0 - ratio):
+        return None
+    return ForceScale(ratio, float(long.std() / np.sqrt(len(long))), False)
 
 
 def examine_field(recording: Recording) -> Iterator[Finding]:

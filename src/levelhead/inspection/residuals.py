@@ -101,7 +101,7 @@ def _delay(delay: Delay, measured: Measurement) -> Finding:
     sure = abs(delay.seconds) > SURE * delay.sigma
     return Finding(
         "sensor_delay",
-        "warning" if abs(delay.seconds) - spread > TOO_FAR and sure and not slow else "note",
+        "warning" if abs(delay.seconds) - spread > TOO_FAR and not slow else "note",
         f"the {NAMES[late]} {'comes' if sure else 'may come'} {1e3 * abs(delay.seconds):.0f} ms later than the {others}"
         f"{', or is filtered' if slow else ''}",
         f"where {fits} best, ±{1e3 * spread:.0f} ms",
@@ -110,6 +110,7 @@ def _delay(delay: Delay, measured: Measurement) -> Finding:
         interval=measured.interval,
         unit=measured.unit,
         mend=None if slow else Mend(late, np.eye(3), np.zeros(3), delay=abs(delay.seconds)),
+        sure=sure,
     )
 
 
@@ -121,7 +122,7 @@ def _low_pass(force: Seen, odds: float) -> Finding:
     )
     return Finding(
         "acc_low_passed",
-        "broken" if sure else "note",
+        "broken",
         f"the accelerometer {'is' if sure else 'may be'} low-passed at about {corner:.2g} Hz: "
         f"gravity lags by {1e3 * lag:.0f} ms",
         f"its turn fits the gyroscope's behind a filter of first order, ±{1e3 * SIGMAS * sigma:.0f} ms; "
@@ -131,6 +132,7 @@ def _low_pass(force: Seen, odds: float) -> Finding:
         interval=(low, high),
         unit="Hz",
         mend=Mend("acc", np.eye(3), np.zeros(3), lag=lag),
+        sure=sure,
     )
 
 
@@ -145,7 +147,7 @@ def examine_field_delay(field: Seen, gyroscope: float) -> Iterator[Finding | Mea
     sure = abs(delay) > SURE * sigma
     yield Finding(
         "mag_delay",
-        "warning" if abs(delay) - SIGMAS * sigma > MUCH and sure else "note",
+        "warning" if abs(delay) - SIGMAS * sigma > MUCH else "note",
         f"the magnetometer {'comes' if sure else 'may come'} {1e3 * abs(delay):.0f} ms "
         f"{'later' if delay > 0 else 'earlier'} than the gyroscope",
         f"where the field turned back by the gyroscope is stillest, ±{1e3 * SIGMAS * sigma:.1f} ms",
@@ -154,6 +156,7 @@ def examine_field_delay(field: Seen, gyroscope: float) -> Iterator[Finding | Mea
         interval=late.interval,
         unit=late.unit,
         mend=Mend("mag", np.eye(3), np.zeros(3), delay=delay),
+        sure=sure,
     )
 
 
@@ -214,7 +217,7 @@ def examine_iron(field: Seen, fault: Hypothesis | None) -> Iterator[Finding | Me
         return
     yield Finding(
         "mag_offset",
-        "warning" if sure else "note",
+        "warning",
         f"the magnetometer {'is not' if sure else 'may not be'} calibrated: iron turns with it, "
         f"{share.value:.0f} % of the field",
         f"({', '.join(f'{value:.3g}' for value in found.iron)}) does not turn back with the gyroscope, "
@@ -224,6 +227,7 @@ def examine_iron(field: Seen, fault: Hypothesis | None) -> Iterator[Finding | Me
         interval=share.interval,
         unit=share.unit,
         mend=Mend("mag", np.eye(3), found.iron) if fault is None else None,
+        sure=sure,
     )
 
 
@@ -247,7 +251,7 @@ def examine_shape(field: Seen, fault: Hypothesis | None) -> Iterator[Finding | M
     axis = "xyz"[int(np.abs(vectors[:, 0]).argmax())]
     yield Finding(
         "mag_shape",
-        "warning" if sure else "note",
+        "warning",
         f"the magnetometer {'reads' if sure else 'may read'} {100 * size:.0f} % more along one direction, near {axis}, "
         "than along another",
         f"soft iron, or axes of unlike scale: the field turned back by the gyroscope is oval, ±{100 * spread:.0f} %",
@@ -256,6 +260,7 @@ def examine_shape(field: Seen, fault: Hypothesis | None) -> Iterator[Finding | M
         interval=interval,
         unit="%",
         mend=Mend("mag", np.eye(3) + field.fit.shape, np.zeros(3)) if fault is None else None,
+        sure=sure,
     )
 
 

@@ -154,17 +154,14 @@ def _wiring(fault: Hypothesis, rivals: Sequence[Hypothesis], evidence: str, sure
     sole = not rivals
     return Finding(
         name,
-        _severity("warning" if fault.role == "mag" else "broken", sure),
+        "warning" if fault.role == "mag" else "broken",
         contrary if inverted else apart,
         evidence,
         f"Take the {NAMES[fault.role]} as ({words_of(fault.matrix)}); --fix does." if sole and sure else
         f"{DECIDES} between them." if rivals else f"{DECIDES}.",
         mend=turn(fault.role, fault.matrix, sole),
+        sure=sure,
     )  # fmt: skip
-
-
-def _severity(usual: str, sure: bool) -> str:
-    return usual if sure else "note"
 
 
 def change_of(matrix: Array) -> str:
@@ -186,7 +183,7 @@ def _mounting(fault: Hypothesis, evidence: str, agreement: Agreement) -> Finding
     severe = angle > GROSS_ANGLE and fault.role != "mag"
     return Finding(
         "mag_axes" if fault.role == "mag" else "mounting",
-        _severity("broken" if severe else "warning", sure),
+        "broken" if severe else "warning",
         f"the {NAMES[fault.role]} {'is' if sure else 'may be'} mounted {angle:.1f}° askew",
         evidence,
         "Mount it straight, or turn its readings: --fix does." if sure else f"{DECIDES}.",
@@ -194,6 +191,7 @@ def _mounting(fault: Hypothesis, evidence: str, agreement: Agreement) -> Finding
         interval=(max(0.0, angle - spread), angle + spread),
         unit="deg",
         mend=turn(fault.role, fault.matrix),
+        sure=sure,
     )  # fmt: skip
 
 
@@ -210,11 +208,11 @@ def _scale(recording: Recording, fault: Hypothesis, evidence: str, agreement: Ag
     cure = f"{_option(recording, factor)}; --fix does." if axis is None else "Calibrate it; --fix does."
     return Finding(
         "gyro_scale",
-        _severity("broken" if not abs(log(max(abs(value), 1e-3))) < GROSS else "warning", sure),
+        "broken" if not abs(log(max(abs(value), 1e-3))) < GROSS else "warning",
         f"the gyroscope{part} {verb} {value:.3g} times the true turn ({interval[0]:.3g} to {interval[1]:.3g}){cause}",
         evidence,
         cure if sure else f"{DECIDES}.",
-        value=value, interval=interval, mend=turn("gyr", fault.matrix),
+        value=value, interval=interval, mend=turn("gyr", fault.matrix), sure=sure,
     )  # fmt: skip
 
 
