@@ -77,11 +77,11 @@ def _gaps(recording: Recording, steps: np.ndarray, typical: float) -> Iterator[F
     long = steps > GAP * typical
     longest = float(steps.max())
     if long.sum() >= MANY_GAPS or longest > LONG_GAP * typical:
-        at = int(steps.argmax())
+        at, count = int(steps.argmax()), int(long.sum())
         yield Finding(
             "gaps",
             "warning",
-            f"{int(long.sum())} gaps, the longest of {longest:.3g} s after row {at}",
+            f"{'1 gap' if count == 1 else f'{count} gaps, the longest'} of {longest:.3g} s after row {at}",
             f"steps of more than {GAP:g} intervals of {1e3 * typical:.3g} ms",
             "The attitude is held across gaps of more than 0.5 s; its σ grows.",
             (at, at + 1),
